@@ -21,7 +21,7 @@ typedef struct pinch_joint_rate {
 typedef struct pinch_loose_rows {
     int *first;             /* per body: its first row, -1: none */
     int *next[2];           /* per row and side: the next row of the body on that side */
-    pinch_joint_rate *rate; /* per row of the problem */
+    pinch_joint_rate *rate; /* per row of the problem, set for those that are listed */
 } pinch_loose_rows;
 
 typedef struct pinch_space_body {
@@ -88,8 +88,8 @@ static inline double pinch_joint_rate_start(const pinch_joint_space *space, cons
     return rate->factor * space->speed[rate->direction];
 }
 
-/* Lists the rows of the problem that are not eliminated. Returns false when memory ran out. */
-bool pinch_loose_rows_list(pinch_arena *arena, const pinch_problem *problem, const bool *eliminated,
+/* Lists rows of the problem, which are given in their order. Returns false when memory ran out. */
+bool pinch_loose_rows_list(pinch_arena *arena, const pinch_problem *problem, pinch_tree_rows rows,
                            pinch_loose_rows *loose);
 
 /* A row on a body and on its parent. */

@@ -2,6 +2,7 @@
 #include "kinematics/joint_space.h"
 
 #include "support/dense.h"
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -11,7 +12,7 @@
  * the way from body to body. */
 static const double SMALLEST_PIVOT = 1e-3;
 
-bool pinch_loose_rows_list(pinch_arena *arena, const pinch_problem *problem, const bool *eliminated,
+bool pinch_loose_rows_list(pinch_arena *arena, const pinch_problem *problem, pinch_tree_rows rows,
                            pinch_loose_rows *loose)
 {
     loose->first = PINCH_ARENA_ARRAY(arena, int, problem->body_count + 1);
@@ -19,10 +20,11 @@ bool pinch_loose_rows_list(pinch_arena *arena, const pinch_problem *problem, con
     loose->rate = PINCH_ARENA_ARRAY(arena, pinch_joint_rate, problem->row_count + 1);
     if (arena->failed) return false;
     for (int b = 0; b < problem->body_count; b++) loose->first[b] = -1;
-    for (int k = problem->row_count - 1; k >= 0; k--) {
+    for (int i = rows.count - 1; i >= 0; i--) {
+        int k = rows.index[i];
         const int body[2] = {problem->rows[k].body1, problem->rows[k].body2};
         loose->rate[k] = (pinch_joint_rate){-1, 0};
-        for (int side = 0; side < 2 && !eliminated[k]; side++) {
+        for (int side = 0; side < 2; side++) {
             if (body[side] < 0) continue;
             loose->next[side][k] = loose->first[body[side]];
             loose->first[body[side]] = k;
@@ -37,15 +39,22 @@ static int other_body(const pinch_joint_row *row, int body)
     return other < 0 ? -1 : other;
 }
 
+static inline bool are_equal(pinch_row_ends a, pinch_row_ends b)
+{
+    pinch_lanes_mask differ = {0, 0};
+    for (int i = 0; i < 6; i += 2)
+        differ |= (pinch_lanes_at(a.own + i) != pinch_lanes_at(b.own + i)) |
+                  (pinch_lanes_at(a.parent + i) != pinch_lanes_at(b.parent + i));
+    return (differ[0] | differ[1]) == 0;
+}
+
 /* Finds the f with which a is f b but for rounding. */
 static bool is_multiple(pinch_row_ends a, pinch_row_ends b, double *f)
 {
     static const double ROUNDING = 4e-16;
     double size = 0, largest = 0, miss = 0;
-    if (memcmp(a.own, b.own, 6 * sizeof(double)) == 0 && memcmp(a.parent, b.parent, 6 * sizeof(double)) == 0) {
-        *f = 1;
-        return true;
-    }
+    *f = 1;
+    if (are_equal(a, b)) return true;
     *f = 0;
     for (int i = 0; i < 6; i++) {
         size += b.own[i] * b.own[i] + b.parent[i] * b.parent[i];
@@ -54,8 +63,8 @@ static bool is_multiple(pinch_row_ends a, pinch_row_ends b, double *f)
     if (!(size > 0) || *f == 0) return false;
     *f /= size;
     for (int i = 0; i < 6; i++) {
-        largest = fmax(largest, fmax(fabs(a.own[i]), fabs(a.parent[i])));
-        miss = fmax(miss, fmax(fabs(a.own[i] - *f * b.own[i]), fabs(a.parent[i] - *f * b.parent[i])));
+        largest = pinch_larger(pinch_larger(fabs(a.own[i]), fabs(a.parent[i])), largest);
+        miss = pinch_larger(pinch_larger(fabs(a.own[i] - *f * b.own[i]), fabs(a.parent[i] - *f * b.parent[i])), miss);
     }
     return miss <= ROUNDING * largest;
 }
@@ -147,7 +156,7 @@ static void undo_ways(const split_rows *s, const double ways[3][3], const double
 static bool is_pinned(const split_rows *s, double lever[3][3])
 {
     double off = 0;
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 3 && off == 0; k++) {
         const pinch_row_ends *moves = &s->part[s->moving[k]], *turns = &s->part[s->turning[k]];
         for (int i = 0; i < 3; i++) {
             double unit = i == k;

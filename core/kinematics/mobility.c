@@ -242,8 +242,8 @@ static bool build_structure(pinch_arena *arena, const pinch_problem *problem, pi
 {
     int *start, *rows;
     mobility->unknowns = 0;
-    if (elimination == PINCH_ELIMINATE_INTO_RATES &&
-        !pinch_loose_rows_list(arena, problem, mobility->eliminated, &mobility->loose))
+    const pinch_tree_rows others = {mobility->remaining, mobility->remaining_count};
+    if (elimination == PINCH_ELIMINATE_INTO_RATES && !pinch_loose_rows_list(arena, problem, others, &mobility->loose))
         return false;
     if (!group_bodies(arena, problem, mobility) || !group_rows(arena, problem, mobility, &start, &rows)) return false;
     for (int k = 0; k < mobility->cluster_count; k++) {
@@ -409,6 +409,42 @@ static int count_dependent(const pinch_mobility *mobility)
     return count;
 }
 
+/* Lists the rows that are not eliminated. What a row is nobody foresees, a processor neither: it is not asked. */
+static void list_remaining(const pinch_problem *problem, pinch_mobility *mobility)
+{
+    int count = 0;
+    for (int k = 0; k < problem->row_count; k++) {
+        mobility->remaining[count] = k;
+        count += !mobility->eliminated[k];
+    }
+    mobility->remaining_count = count;
+    mobility->eliminated_count = problem->row_count - count;
+}
+
+/* Has every hard row eliminated that is not for more than two bodies, and returns how many are. */
+static int eliminate_hard_rows(const pinch_problem *problem, bool *eliminated)
+{
+    int couplings = 0, count = problem->row_count;
+    const pinch_joint_row *row = problem->rows;
+    for (int k = 0; k < count; k++) {
+        bool goes_on = k + 1 < count && row[k + 1].continues;
+        bool hard = !row[k].continues & (row[k].cfm == 0) & (row[k].low == -INFINITY) & (row[k].high == INFINITY);
+        eliminated[k] = hard & !goes_on;
+        couplings += hard & goes_on;
+    }
+    return couplings;
+}
+
+/* Does a hard row act on a massless drive? */
+static bool holds_massless(const pinch_problem *problem, const bool *eliminated)
+{
+    if (!any_massless(problem)) return false;
+    for (int k = 0; k < problem->row_count; k++)
+        if ((eliminated[k] || pinch_row_is_coupling(problem, k)) && ties_massless(problem, &problem->rows[k]))
+            return true;
+    return false;
+}
+
 bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
                           pinch_mobility *mobility)
 {
@@ -417,30 +453,22 @@ bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinc
     mobility->remaining = PINCH_ARENA_ARRAY(arena, int, problem->row_count + 1);
     mobility->roots = PINCH_ARENA_ARRAY(arena, pinch_root_inverse, problem->body_count + 1);
     if (arena->failed) return false;
-    int couplings = 0; /* rows for more than two bodies are not eliminated */
-    bool massless = any_massless(problem);
-    for (int k = 0; k < problem->row_count; k++) {
-        const pinch_joint_row *row = &problem->rows[k];
-        bool hard = !row->continues && pinch_row_is_hard(row), coupling = hard && pinch_row_is_coupling(problem, k);
-        if (hard && massless && ties_massless(problem, row)) return false;
-        mobility->eliminated[k] = hard && !coupling;
-        couplings += coupling;
-    }
+    int couplings = eliminate_hard_rows(problem, mobility->eliminated);
+    if (holds_massless(problem, mobility->eliminated)) return false;
+    list_remaining(problem, mobility);
     if (!build_structure(arena, problem, elimination, mobility)) return false;
     bool rates_do = !pinch_mobility_has_loops(mobility) || pinch_loops_are_held_once(arena, problem, mobility);
     if (arena->failed) return false;
     /* kept rows make a system of forces, which has the identity for the inertia */
     if ((!rates_do || mobility->kept_count > 0) && !build_without_rates(arena, problem, elimination, mobility))
         return false;
+    if (mobility->kept_count > 0) list_remaining(problem, mobility);
     mobility->dependent_count += count_dependent(mobility);
     if (couplings > 0 && !pinch_couplings_follow_rates(arena, problem, mobility)) {
         if (arena->failed) return false;
         mobility->kept_count += couplings;
         mobility->dependent_count += couplings;
     }
-    for (int k = 0; k < problem->row_count; k++)
-        if (!mobility->eliminated[k]) mobility->remaining[mobility->remaining_count++] = k;
-    mobility->eliminated_count = problem->row_count - mobility->remaining_count;
     refresh(problem, mobility);
     return true;
 }

@@ -17,9 +17,9 @@ static int unknown_of_rate(const pinch_problem *problem, const pinch_mobility *m
 static bool count_stiff_rows(const pinch_problem *problem, const pinch_mobility *mobility, int *stiff)
 {
     bool coupling = false, counts = false; /* of the row that this one is, or continues */
-    for (int k = 0; k < problem->row_count; k++) {
+    for (int i = 0; i < mobility->remaining_count; i++) {
+        int k = mobility->remaining[i];
         const pinch_joint_row *row = &problem->rows[k];
-        if (mobility->eliminated[k]) continue;
         if (!row->continues) {
             counts = row->cfm == 0 && (row->low == -INFINITY || row->high == INFINITY);
             coupling = pinch_row_is_coupling(problem, k);
@@ -37,8 +37,10 @@ bool pinch_couplings_follow_rates(pinch_arena *arena, const pinch_problem *probl
     if (!stiff || !mobility->loose.rate) return false;
     for (int i = 0; i < mobility->unknowns; i++) stiff[i] = 0;
     if (!count_stiff_rows(problem, mobility, stiff)) return false;
-    for (int k = 0; k < problem->row_count; k++) {
-        bool follows = !pinch_row_is_coupling(problem, k);
+    for (int r = 0; r < mobility->remaining_count; r++) {
+        int k = mobility->remaining[r];
+        bool follows = false;
+        if (!pinch_row_is_coupling(problem, k)) continue;
         for (int i = 0, parts = pinch_row_parts(problem, k); i < parts && !follows; i++)
             follows = stiff[unknown_of_rate(problem, mobility, k + i)] == 1;
         if (!follows) return false;
@@ -63,9 +65,10 @@ bool pinch_loops_are_held_once(pinch_arena *arena, const pinch_problem *problem,
     bool *held = PINCH_ARENA_ARRAY(arena, bool, mobility->unknowns + 1);
     if (!held) return false;
     memset(held, 0, sizeof *held * (size_t)(mobility->unknowns + 1));
-    for (int k = 0; k < problem->row_count; k++) {
+    for (int i = 0; i < mobility->remaining_count; i++) {
+        int k = mobility->remaining[i];
         const pinch_joint_row *row = &problem->rows[k];
-        if (mobility->eliminated[k] || row->cfm > 0 || row->continues || pinch_row_goes_on(problem, k)) continue;
+        if (row->cfm > 0 || row->continues || pinch_row_goes_on(problem, k)) continue;
         if (!looped_cluster_of(mobility, row)) continue;
         int unknown = unknown_of_rate(problem, mobility, k);
         if (unknown < 0 || held[unknown]) return false;

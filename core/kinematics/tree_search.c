@@ -39,6 +39,7 @@ static void place_in_one_pass(pinch_tree_search *s, bool backward)
 static void place_bodies(pinch_tree_search *s)
 {
     for (int slot = 0; slot < s->count; slot++) s->place[slot] = -1;
+    if (s->count == 1) place_body(s, 0, -1);
     for (int way = 0; s->placed < s->count; way++) {
         int before = s->placed;
         place_in_one_pass(s, way % 2 == 1);
@@ -52,6 +53,7 @@ static void place_bodies(pinch_tree_search *s)
 void pinch_tree_put_subtrees_together(pinch_tree_search *s, int *scratch)
 {
     int roots = 0, *size = scratch, *next = size + s->count, *slots = next + s->count;
+    if (s->count == 1) return;
     for (int p = 0; p < s->count; p++) size[p] = 1;
     for (int p = s->count - 1; p >= 0; p--)
         if (s->parent[p] >= 0) size[s->parent[p]] += size[p];

@@ -10,13 +10,19 @@ static const double NEARLY_RIGHT = 0.1;
 /* Without a goal a step pays that reduces ||F|| at all: where the norm is rounding, small rows may not be. */
 static const double PAYS = 0.5, PAYS_WITHOUT_GOAL = 0.99;
 
-/* Backtracks along -direction from the step length `t` on; true when a point was accepted. */
-static bool line_search(pinch_iterate *it, double t)
+/* ||F|| at the length t along -direction. */
+static double norm_at(pinch_iterate *it, double t)
 {
-    int n = it->system->size;
+    for (int i = 0; i < it->system->size; i++) it->x_trial[i] = it->x[i] - t * it->direction[i];
+    return pinch_iterate_evaluate_trial(it);
+}
+
+/* Backtracks along -direction from the step length `t` on, where the trial point is and has this norm; true when a
+ * point was accepted. */
+static bool line_search(pinch_iterate *it, double t, double norm)
+{
     for (int halvings = 0; halvings <= MAX_HALVINGS; halvings++, t *= 0.5) {
-        for (int i = 0; i < n; i++) it->x_trial[i] = it->x[i] - t * it->direction[i];
-        double norm = pinch_iterate_evaluate_trial(it);
+        if (halvings > 0) norm = norm_at(it, t);
         /* a NaN compares false */
         if (norm <= (1.0 - ARMIJO * fmin(t, 1.0)) * it->norm) {
             pinch_iterate_accept(it, norm);
@@ -31,27 +37,40 @@ static bool sharpen(const pinch_system *system)
     return system->sharpen && system->sharpen(system->self);
 }
 
-/* Takes one full step if that reduces ||F|| to `factor` times what it was or less. */
-static bool full_step(pinch_iterate *it, double factor)
+/* Goes to the trial point of a full step, and writes its norm. Returns false where V is singular. */
+static bool try_full_step(pinch_iterate *it, double *norm)
 {
     const pinch_system *system = it->system;
     if (!system->solve(system->self, it->f, it->direction)) return false;
-    for (int i = 0; i < system->size; i++) it->x_trial[i] = it->x[i] - it->direction[i];
-    double before = it->norm, norm = pinch_iterate_evaluate_trial(it);
+    *norm = norm_at(it, 1.0);
+    return true;
+}
+
+/* Accepts a full step that reduces ||F|| to `factor` times what it was or less. */
+static bool accept_full_step(pinch_iterate *it, double norm, double factor)
+{
+    double before = it->norm;
     if (!(norm <= factor * before)) return false;
     pinch_iterate_accept(it, norm);
     it->rate = norm / before;
     return true;
 }
 
+static bool full_step(pinch_iterate *it, double factor)
+{
+    double norm;
+    return try_full_step(it, &norm) && accept_full_step(it, norm, factor);
+}
+
 bool pinch_newton_step(pinch_iterate *it)
 {
     const pinch_system *system = it->system;
+    double norm;
+    bool regular = try_full_step(it, &norm);
     /* a V that is only nearly right is good for steps that pay at once; nothing is searched along its direction */
-    if (system->sharpen && full_step(it, NEARLY_RIGHT)) return true;
-    if (system->sharpen) (void)system->sharpen(system->self);
-    if (!system->solve(system->self, it->f, it->direction)) return false;
-    return line_search(it, 1.0);
+    if (regular && system->sharpen && accept_full_step(it, norm, NEARLY_RIGHT)) return true;
+    if (sharpen(system)) regular = try_full_step(it, &norm);
+    return regular && line_search(it, 1.0, norm);
 }
 
 /*
@@ -76,7 +95,8 @@ bool pinch_gradient_step(pinch_iterate *it)
         vg_norm2 += dot * dot;
     }
     if (!(g_norm2 > 0.0) || !(vg_norm2 > 0.0) || !isfinite(g_norm2 / vg_norm2)) return false;
-    return line_search(it, g_norm2 / vg_norm2);
+    double t = g_norm2 / vg_norm2;
+    return line_search(it, t, norm_at(it, t));
 }
 
 /* Takes a step with the V of the last one, which leaves about as small a part of ||F|| again, where that promises to

@@ -83,8 +83,8 @@ static bool has_couplings(const pinch_problem *problem)
  * of a hand are, and where the row's force is bounded or compliant, or the row is of the rates of joints. */
 static bool couplings_fit_velocities(const pinch_problem *problem, const pinch_mobility *mobility)
 {
-    for (int j = 0; j < problem->row_count; j++) {
-        int cluster[2] = {-1, -1};
+    for (int k = 0; k < mobility->remaining_count; k++) {
+        int j = mobility->remaining[k], cluster[2] = {-1, -1};
         if (problem->rows[j].continues || !pinch_row_goes_on(problem, j)) continue;
         int parts = pinch_row_parts(problem, j);
         if (pinch_row_is_hard(&problem->rows[j]) && mobility->kept_count > 0) return false;

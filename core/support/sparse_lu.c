@@ -1,5 +1,8 @@
 #include "support/sparse_lu.h"
 
+#include "support/dense.h"
+#include "support/extremes.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -17,6 +20,7 @@ bool pinch_sparse_lu_allocate(pinch_arena *arena, int n, pinch_sparse_lu *lu)
     lu->upper = PINCH_ARENA_ARRAY(arena, uint64_t, words * (size_t)n + 1);
     lu->row = PINCH_ARENA_ARRAY(arena, uint64_t, words + 1);
     lu->inverse = PINCH_ARENA_ARRAY(arena, double, n + 1);
+    lu->stretch = PINCH_ARENA_ARRAY(arena, pinch_sparse_stretch, n + 1);
     return !arena->failed;
 }
 
@@ -36,23 +40,41 @@ static void note_entries(int n, const double *row, uint64_t *bits)
     }
 }
 
-/* Takes a multiple of an earlier row of U from the row at hand, whose pattern grows by that row's. */
-static void subtract(int words, double factor, const double *above, const uint64_t *upper, double *row, uint64_t *bits)
+/* Takes a multiple of row k of U from the row at hand, whose pattern grows by that row's. */
+static void subtract(const pinch_sparse_lu *lu, int n, double factor, int k, const double *above, double *row)
 {
+    int words = words_of(n);
+    const uint64_t *upper = lu->upper + (size_t)k * (size_t)words;
+    const pinch_sparse_stretch *of = &lu->stretch[k];
+    if (of->size > 0) pinch_add_multiple(of->size, -factor, above + of->first, row + of->first);
     for (int w = 0; w < words; w++) {
-        bits[w] |= upper[w];
-        for (uint64_t left = upper[w]; left != 0; left &= left - 1) {
+        lu->row[w] |= upper[w];
+        for (uint64_t left = of->size > 0 ? 0 : upper[w]; left != 0; left &= left - 1) {
             int j = w * BITS + lowest(left);
             row[j] -= factor * above[j];
         }
     }
 }
 
+/* The stretch of a row of U. Where more than two in five of it may not be zero, all of it is multiplied sooner than
+ * these are looked for. */
+static pinch_sparse_stretch stretch_of(int words, const uint64_t *upper)
+{
+    int first = -1, last = -1, count = 0;
+    for (int w = 0; w < words; w++) {
+        for (uint64_t left = upper[w]; left != 0; left &= left - 1) count++;
+        if (upper[w] == 0) continue;
+        if (first < 0) first = w * BITS + lowest(upper[w]);
+        last = w * BITS + BITS - 1 - __builtin_clzll(upper[w]);
+    }
+    int size = last - first + 1;
+    return count > 0 && 5 * count > 2 * size ? (pinch_sparse_stretch){first, size} : (pinch_sparse_stretch){0, 0};
+}
+
 /* Makes row i one of L and U by the rows above it. Returns false where an entry of L is too large. */
 static bool eliminate_row(const pinch_sparse_lu *lu, int n, double *a, int i)
 {
     static const double LARGEST_FACTOR = 1e8;
-    int words = words_of(n);
     double *row = a + (size_t)i * (size_t)n, largest = 0;
     for (int w = 0; w <= i / BITS; w++) {
         uint64_t below = w < i / BITS ? ~(uint64_t)0 : ((uint64_t)1 << i % BITS) - 1, done = 0;
@@ -60,8 +82,8 @@ static bool eliminate_row(const pinch_sparse_lu *lu, int n, double *a, int i)
             int bit = lowest(lu->row[w] & below & ~done), k = w * BITS + bit;
             double factor = row[k] *= lu->inverse[k];
             done |= (uint64_t)1 << bit;
-            largest = fmax(largest, fabs(factor));
-            subtract(words, factor, a + (size_t)k * (size_t)n, lu->upper + (size_t)k * (size_t)words, row, lu->row);
+            largest = pinch_larger(fabs(factor), largest);
+            subtract(lu, n, factor, k, a + (size_t)k * (size_t)n, row);
         }
     }
     return largest <= LARGEST_FACTOR;
@@ -79,6 +101,7 @@ bool pinch_sparse_lu_factor(const pinch_sparse_lu *lu, int n, double *a)
         if (!isfinite(row[i]) || !isfinite(lu->inverse[i])) return false;
         for (int w = 0; w < words; w++) upper[w] = w < i / BITS ? 0 : lu->row[w];
         upper[i / BITS] &= i % BITS == BITS - 1 ? 0 : ~(uint64_t)0 << (i % BITS + 1);
+        lu->stretch[i] = stretch_of(words, upper);
     }
     return true;
 }

@@ -12,12 +12,18 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/* Where the entries of a row of U lie that may not be zero. */
+typedef struct pinch_sparse_stretch {
+    int first, size; /* size 0: they are few in it, or none */
+} pinch_sparse_stretch;
+
 /* Scratch for factors; it may be used again and again. */
 typedef struct pinch_sparse_lu {
     int room;        /* rows */
     uint64_t *upper; /* per row a bit per column right of its diagonal: entries of U that may not be zero */
     uint64_t *row;   /* the bits of the row at hand */
     double *inverse; /* of the pivots */
+    pinch_sparse_stretch *stretch; /* per row */
 } pinch_sparse_lu;
 
 /* Makes room for matrices of up to n rows. Returns false when memory ran out. */

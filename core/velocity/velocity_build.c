@@ -19,8 +19,9 @@ typedef struct used_columns {
 
 static inline bool is_zero(const pinch_row_block *block, int rows, int k)
 {
-    bool zero = block->g[k] == 0;
-    for (int i = 1; i < rows && zero; i++) zero = block->g[i * block->size + k] == 0;
+    bool zero = true;
+    const double *g = block->g + k;
+    for (int i = 0; i < rows; i++, g += block->size) zero &= *g == 0;
     return zero;
 }
 
@@ -62,7 +63,9 @@ static bool append(pinch_arena *arena, const pinch_row_block *from, pinch_elemen
         if (from->size > 0) element->block[element->blocks++] = *from;
         return true;
     }
-    const used_columns used = rows == 1 ? columns_of(from, 1) : columns_of(from, rows); /* most have one row */
+    const used_columns used = rows == 1   ? columns_of(from, 1) /* the compiler knows the number of rows */
+                              : rows == 3 ? columns_of(from, 3)
+                                          : columns_of(from, 4);
     if (used.first == used.end) return true;
     bool parted = used.zeros >= FEW_COLUMNS / 2;
     element->blocks += parted ? 2 : 1;

@@ -1,6 +1,9 @@
 /* The generalized Jacobian of the velocity system, equation (19). */
 #include "velocity/velocity_system.h"
 
+#include "support/dense.h"
+#include "support/lanes.h"
+
 #include <string.h>
 
 /* dg = h D G, in the columns of one block */
@@ -12,27 +15,48 @@ static void weighted_columns(const pinch_velocity_system *vs, const pinch_elemen
         for (int k = 0; k < size; k++) dg[i * size + k] = 0;
         for (int j = 0; j < rows; j++) {
             double d = vs->step * tangent[i * rows + j];
-            if (d == 0) continue;
-            for (int k = 0; k < size; k++) dg[i * size + k] += d * block->g[j * size + k];
+            if (d != 0) pinch_add_multiple(size, d, block->g + j * size, dg + i * size);
         }
     }
 }
 
-/* jacobian += G_a^T (h D G_b), rows of block a, columns of block b */
-static void add_product(double *jacobian, size_t n, int rows, const pinch_row_block *a, const pinch_row_block *b,
-                        const double *dg)
+/* to += f[0] x[0] + f[1] x[1] + ..., so many rows of x, added one after the other to each number */
+static inline void add_rows(int rows, const double *f, int size, const double *x, double *to)
 {
-    int size = b->size;
+    int c = 0;
+    for (; c + 1 < size; c += 2) {
+        pinch_lanes sum = pinch_lanes_at(to + c);
+        for (int i = 0; i < rows; i++) sum += f[i] * pinch_lanes_at(x + i * size + c);
+        pinch_lanes_put(sum, to + c);
+    }
+    for (int i = 0; i < rows && c < size; i++) to[c] += f[i] * x[i * size + c];
+}
+
+/* jacobian += G_a^T (h D G_b), rows of block a, columns of block b. Of most elements the compiler knows the number of
+ * rows, and of blocks of free bodies the size. */
+static inline void add_product(double *jacobian, size_t n, int rows, const pinch_row_block *a, const pinch_row_block *b,
+                               const double *dg)
+{
     for (int k = 0; k < a->size; k++) {
-        double *to = jacobian + (size_t)(a->first + k) * n + b->first;
-        for (int i = 0; i < rows; i++) {
-            double g = a->g[i * a->size + k];
-            const double *from = dg + i * size;
-            if (size == 6)
-                for (int c = 0; c < 6; c++) to[c] += g * from[c];
-            else
-                for (int c = 0; c < size; c++) to[c] += g * from[c];
-        }
+        double *to = jacobian + (size_t)(a->first + k) * n + b->first, f[4];
+        for (int i = 0; i < rows; i++) f[i] = a->g[i * a->size + k];
+        if (b->size == 6)
+            add_rows(rows, f, 6, dg, to);
+        else
+            add_rows(rows, f, b->size, dg, to);
+    }
+}
+
+/* The same with all rows of the element. */
+static void add_columns(const pinch_velocity_system *vs, const pinch_element *element, const pinch_row_block *b,
+                        const double *dg, double *jacobian)
+{
+    size_t n = (size_t)vs->unknowns;
+    for (int a = 0; a < element->blocks; a++) {
+        if (element->law.rows == 3)
+            add_product(jacobian, n, 3, &element->block[a], b, dg);
+        else
+            add_product(jacobian, n, 4, &element->block[a], b, dg);
     }
 }
 
@@ -59,7 +83,6 @@ static void add_force_block(const pinch_velocity_system *vs, const pinch_element
 {
     enum { COLUMNS = 24 }; /* blocks wider than this go through in parts */
     double dg[4 * COLUMNS];
-    size_t n = (size_t)vs->unknowns;
     int rows = element->law.rows;
     if (rows == 1) {
         add_row_block(vs, element, tangent[0], jacobian);
@@ -70,7 +93,7 @@ static void add_force_block(const pinch_velocity_system *vs, const pinch_element
         if (whole->size == 0) continue;
         if (whole->size <= COLUMNS) {
             weighted_columns(vs, element, tangent, whole, dg);
-            for (int a = 0; a < element->blocks; a++) add_product(jacobian, n, rows, &element->block[a], whole, dg);
+            add_columns(vs, element, whole, dg, jacobian);
             continue;
         }
         for (int k = 0; k < whole->size; k++) {
@@ -78,8 +101,7 @@ static void add_force_block(const pinch_velocity_system *vs, const pinch_element
             for (int i = 0; i < rows; i++) column[i] = whole->g[i * whole->size + k];
             pinch_row_block one = {whole->first + k, 1, column};
             weighted_columns(vs, element, tangent, &one, weighted);
-            for (int a = 0; a < element->blocks; a++)
-                add_product(jacobian, n, rows, &element->block[a], &one, weighted);
+            add_columns(vs, element, &one, weighted, jacobian);
         }
     }
 }

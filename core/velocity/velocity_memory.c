@@ -14,7 +14,7 @@ unsigned char pinch_velocity_state_of(const pinch_velocity_system *vs, const pin
 void pinch_velocity_states(const pinch_velocity_system *vs, unsigned char *states)
 {
     for (int e = 0; e < vs->element_count; e++) states[e] = pinch_velocity_state_of(vs, &vs->elements[e]);
-    for (int k = 0; k < vs->rate_count; k++) states[vs->element_count + k] = pinch_rate_row_state(&vs->rates[k]);
+    for (int k = 0; k < vs->rate_count; k++) states[vs->element_count + k] = pinch_rate_row_state(vs, &vs->rates[k]);
 }
 
 /* The friction of a slipping contact turns from step to step, so that old factors are no use there. */
@@ -27,7 +27,7 @@ bool pinch_velocity_memory_fits(const pinch_velocity_system *vs)
         if (m->states[e] != pinch_velocity_state_of(vs, &vs->elements[e]) || m->states[e] == PINCH_CONTACT_SLIP)
             return false;
     for (int k = 0; k < vs->rate_count; k++)
-        if (m->states[elements + k] != pinch_rate_row_state(&vs->rates[k])) return false;
+        if (m->states[elements + k] != pinch_rate_row_state(vs, &vs->rates[k])) return false;
     return true;
 }
 
@@ -41,6 +41,7 @@ static bool make_room(pinch_step_memory *m, int unknowns, int elements)
         if (pivot) m->pivot = pivot;
         if (!lu || !pivot) return false;
         m->unknown_room = unknowns;
+        m->filled = n * n;
     }
     if (elements > m->element_room) {
         unsigned char *states = realloc(m->states, (size_t)elements);
@@ -51,6 +52,14 @@ static bool make_room(pinch_step_memory *m, int unknowns, int elements)
     return true;
 }
 
+/* Does a contact slip where the Jacobian was assembled? */
+static bool any_slips(const pinch_velocity_system *vs)
+{
+    bool any = false;
+    for (int e = 0; e < vs->element_count; e++) any |= vs->states[e] == PINCH_CONTACT_SLIP;
+    return any;
+}
+
 void pinch_velocity_remember(pinch_velocity_system *vs, bool good)
 {
     pinch_step_memory *m = vs->memory;
@@ -59,10 +68,13 @@ void pinch_velocity_remember(pinch_velocity_system *vs, bool good)
     if (good && !fresh && pinch_velocity_memory_fits(vs)) return; /* still those of the last time */
     int states = vs->element_count + vs->rate_count;
     m->unknowns = m->element_count = 0;
-    if (!good || !fresh || !make_room(m, vs->unknowns, states)) return;
-    size_t all = (size_t)vs->unknowns * (size_t)vs->unknowns, used = vs->factor_size;
+    m->tag = 0; /* what is saved of a memory without factors is the same, whatever it has held before */
+    if (!good || !fresh || any_slips(vs) || !make_room(m, vs->unknowns, states)) return;
+    size_t used = vs->factor_size;
     memcpy(m->lu, vs->lu, used * sizeof *m->lu);
-    memset(m->lu + used, 0, (all - used) * sizeof *m->lu); /* it is saved as a whole, by snapshots for one */
+    /* it is saved as a whole, by snapshots for one */
+    if (m->filled > used) memset(m->lu + used, 0, (m->filled - used) * sizeof *m->lu);
+    m->filled = used;
     memcpy(m->pivot, vs->pivot, sizeof *m->pivot * (size_t)vs->unknowns);
     memcpy(m->states, vs->states, (size_t)states);
     m->tag = vs->tag;
@@ -102,7 +114,9 @@ pinch_status pinch_step_memory_write(pinch_step_memory *m, const pinch_step_fact
     m->unknowns = m->element_count = 0;
     if (f->unknowns == 0) return PINCH_OK;
     if (!make_room(m, f->unknowns, f->element_count)) return PINCH_OUT_OF_MEMORY;
-    memcpy(m->lu, f->lu, sizeof *m->lu * (size_t)f->unknowns * (size_t)f->unknowns);
+    size_t all = (size_t)f->unknowns * (size_t)f->unknowns;
+    memcpy(m->lu, f->lu, sizeof *m->lu * all);
+    if (m->filled < all) m->filled = all;
     memcpy(m->pivot, f->pivot, sizeof *m->pivot * (size_t)f->unknowns);
     if (f->element_count > 0) memcpy(m->states, f->states, (size_t)f->element_count);
     m->tag = f->tag;

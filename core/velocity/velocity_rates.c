@@ -8,9 +8,17 @@
 
 #include <math.h>
 
-static inline bool is_inside(const pinch_rate_row *row)
+/*
+ * Is a row inside its bounds, as far as factors depend on it? Where a joint has come to rest at the limit of its
+ * friction, rounding alone says on which side of it the trial is. There the multiplier counts as being at its bound, of
+ * which F tells no difference: factors then fit from step to step, and friction does not hold once more what other rows
+ * hold already.
+ */
+static inline bool is_inside(const pinch_velocity_system *vs, const pinch_rate_row *row)
 {
-    return row->trial > row->low && row->trial < row->high;
+    static const double ROUNDING = 3e-15; /* in units of F */
+    double margin = row->multiplier >= 0 ? ROUNDING * vs->scale : 0;
+    return row->trial - row->low > margin && row->high - row->trial > margin;
 }
 
 static inline double velocity_of(const pinch_rate_row *row, const double *x)
@@ -107,7 +115,7 @@ void pinch_rates_add_jacobian(const pinch_velocity_system *vs, bool sticking, do
     for (int k = 0; k < vs->rate_count; k++) {
         const pinch_rate_row *row = &vs->rates[k];
         size_t q = (size_t)row->unknown, y = (size_t)row->multiplier;
-        bool inside = is_inside(row);
+        bool inside = is_inside(vs, row);
         if (row->multiplier < 0) {
             if (inside || sticking) jacobian[q * (n + 1)] += vs->step * row->gain * row->g * row->g;
             continue;
@@ -119,9 +127,9 @@ void pinch_rates_add_jacobian(const pinch_velocity_system *vs, bool sticking, do
     }
 }
 
-unsigned char pinch_rate_row_state(const pinch_rate_row *row)
+unsigned char pinch_rate_row_state(const pinch_velocity_system *vs, const pinch_rate_row *row)
 {
-    return is_inside(row) ? PINCH_VELOCITY_INSIDE : PINCH_VELOCITY_AT_BOUND;
+    return is_inside(vs, row) ? PINCH_VELOCITY_INSIDE : PINCH_VELOCITY_AT_BOUND;
 }
 
 /* A stop that is not reached has no force, not that of rounding: nothing else says how small that is. */
@@ -129,5 +137,5 @@ double pinch_rate_row_force(const pinch_velocity_system *vs, const pinch_rate_ro
 {
     double force = pinch_clamp(row->trial, row->low, row->high);
     if (row->multiplier < 0) return force;
-    return is_inside(row) || force != 0 ? vs->x[row->multiplier] / (vs->step * row->gain) : 0;
+    return is_inside(vs, row) || force != 0 ? vs->x[row->multiplier] / (vs->step * row->gain) : 0;
 }

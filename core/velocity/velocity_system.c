@@ -23,6 +23,8 @@ static inline void add_velocity(const pinch_row_block *block, int rows, const do
     int size = block->size;
     if (size == 6)
         for (int row = 0; row < rows; row++) w[row] += dot6_chains(block->g + 6 * row, q);
+    else if (size == 1) /* of a joint by itself, or a massless drive */
+        for (int row = 0; row < rows; row++) w[row] += block->g[row] * q[0];
     else if (size > 0)
         for (int row = 0; row < rows; row++) w[row] += pinch_dot(block->g + row * size, q, size);
 }
@@ -90,6 +92,10 @@ static inline void add_block(const pinch_row_block *block, int rows, const doubl
         add_free(block->g, rows, impulse, to);
         return;
     }
+    if (size == 1) {
+        for (int row = 0; row < rows; row++) to[0] += impulse[row] * block->g[row];
+        return;
+    }
     for (int row = 0; row < rows; row++)
         for (int k = 0; k < size; k++) to[k] += impulse[row] * block->g[row * size + k];
 }
@@ -130,6 +136,8 @@ static void add_size(const pinch_velocity_system *vs, const pinch_element *eleme
             add_free_size(g, 3, impulse, to);
         else if (block->size == 6 && rows == 4)
             add_free_size(g, 4, impulse, to);
+        else if (block->size == 1)
+            for (int row = 0; row < rows; row++) to[0] += impulse[row] * fabs(g[row]);
         else
             for (int row = 0; row < rows; row++)
                 for (int k = 0; k < block->size; k++) to[k] += impulse[row] * fabs(g[row * block->size + k]);

@@ -61,6 +61,7 @@ struct pinch_step_memory {
     int *pivot;
     unsigned char *states; /* per element */
     int unknown_room, element_room;
+    size_t filled; /* numbers in lu: behind them all is zero */
 };
 
 typedef struct pinch_velocity_system {
@@ -206,7 +207,7 @@ void pinch_rates_add_size(const pinch_velocity_system *vs, const double *x, doub
 /* Adds what they have in the Jacobian; sticking: with none at a bound and unit multipliers, as in
  * pinch_velocity_sticking. */
 void pinch_rates_add_jacobian(const pinch_velocity_system *vs, bool sticking, double *jacobian);
-unsigned char pinch_rate_row_state(const pinch_rate_row *row);
+unsigned char pinch_rate_row_state(const pinch_velocity_system *vs, const pinch_rate_row *row);
 /* lambda at the point last evaluated, N or N m */
 double pinch_rate_row_force(const pinch_velocity_system *vs, const pinch_rate_row *row);
 

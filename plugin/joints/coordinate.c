@@ -31,12 +31,12 @@ const pinch_coordinate *pinch_coordinate_of(dJointID joint, int axis)
     return NULL;
 }
 
-void pinch_coordinate_follow(dJointID joint, int axis, const pinch_hinge_reading *hinge, pinch_followed *followed)
+void pinch_coordinate_follow(dJointID joint, int axis, const pinch_axis_reading *reading, pinch_followed *followed)
 {
-    bool read = hinge && hinge->angle_read;
+    bool read = reading && reading->placed;
     const pinch_coordinate *c = read ? NULL : pinch_coordinate_of(joint, axis);
-    double now = read ? hinge->angle : c->position(joint);
-    if (followed->placed && (read || !c->linear)) {
+    double now = read ? reading->position : c->position(joint);
+    if (followed->placed && !(read ? reading->slides : c->linear)) {
         double change = now - followed->position;
         if (!(fabs(change) < M_PI)) change = remainder(change, 2 * M_PI); /* slow, and otherwise it changes nothing */
         now = followed->position + change;
@@ -45,10 +45,10 @@ void pinch_coordinate_follow(dJointID joint, int axis, const pinch_hinge_reading
     followed->placed = true;
 }
 
-void pinch_coordinate_direction(dJointID joint, int axis, const pinch_hinge_reading *hinge, double direction[3])
+void pinch_coordinate_direction(dJointID joint, int axis, const pinch_axis_reading *reading, double direction[3])
 {
-    if (hinge) {
-        for (int i = 0; i < 3; i++) direction[i] = hinge->reversed ? -hinge->axis[i] : hinge->axis[i];
+    if (reading) {
+        for (int i = 0; i < 3; i++) direction[i] = reading->reversed ? -reading->axis[i] : reading->axis[i];
         return;
     }
     dVector3 own;
@@ -58,13 +58,12 @@ void pinch_coordinate_direction(dJointID joint, int axis, const pinch_hinge_read
     pinch_v3_scale(direction, c->sign[dJointGetBody(joint, 0) ? 0 : 1]);
 }
 
-void pinch_coordinate_row(const pinch_coordinate *c, const double direction[3], const dBodyID body[2],
-                          pinch_joint_row *row)
+void pinch_coordinate_row(bool linear, const double direction[3], const dBodyID body[2], pinch_joint_row *row)
 {
-    pinch_v3_copy(row->j1 + (c->linear ? 0 : 3), direction);
+    pinch_v3_copy(row->j1 + (linear ? 0 : 3), direction);
     if (!body[1]) return;
-    for (int i = 0; i < 3; i++) row->j2[(c->linear ? 0 : 3) + i] = -direction[i];
-    if (!c->linear) return;
+    for (int i = 0; i < 3; i++) row->j2[(linear ? 0 : 3) + i] = -direction[i];
+    if (!linear) return;
     double half[3]; /* the force acts half way between the centres, so that it makes no couple */
     pinch_v3_sub(dBodyGetPosition(body[1]), dBodyGetPosition(body[0]), half);
     pinch_v3_scale(half, 0.5);

@@ -29,13 +29,13 @@ extern const pinch_joint_row pinch_free_row;
 /* Returns NULL for a coordinate that the joint does not have. */
 const pinch_coordinate *pinch_coordinate_of(dJointID joint, int axis);
 /* Reads the position of a coordinate that the joint has. An angle changes by less than half a turn from one call to the
- * next. hinge: what has been read of the joint in this step and need not be read again; NULL: nothing. */
-void pinch_coordinate_follow(dJointID joint, int axis, const pinch_hinge_reading *hinge, pinch_followed *followed);
-/* Writes the direction along which, or about which, the first body moves when the coordinate grows. hinge: as above. */
-void pinch_coordinate_direction(dJointID joint, int axis, const pinch_hinge_reading *hinge, double direction[3]);
-/* Writes j1 and j2 of a pinch_free_row whose velocity is the coordinate's rate. body: those of
+ * next. reading: what has been read of the joint in this step and need not be read again; NULL: nothing. */
+void pinch_coordinate_follow(dJointID joint, int axis, const pinch_axis_reading *reading, pinch_followed *followed);
+/* Writes the direction along which, or about which, the first body moves when the coordinate grows. reading: as above.
+ */
+void pinch_coordinate_direction(dJointID joint, int axis, const pinch_axis_reading *reading, double direction[3]);
+/* Writes j1 and j2 of a pinch_free_row whose velocity is the rate of a coordinate, linear or an angle. body: those of
  * pinch_joint_bodies. */
-void pinch_coordinate_row(const pinch_coordinate *coordinate, const double direction[3], const dBodyID body[2],
-                          pinch_joint_row *row);
+void pinch_coordinate_row(bool linear, const double direction[3], const dBodyID body[2], pinch_joint_row *row);
 
 #endif

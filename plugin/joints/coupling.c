@@ -136,7 +136,7 @@ static row_law read_law(pinch_coupling *c, const pinch_term_reading *readings, d
     c->placed = true;
     for (int i = 0; i < c->count; i++) {
         pinch_coupled *of = &c->coupled[i];
-        pinch_coordinate_follow(of->term.joint, of->term.axis, readings ? readings[i].hinge : NULL, &of->coordinate);
+        pinch_coordinate_follow(of->term.joint, of->term.axis, readings ? readings[i].axis : NULL, &of->coordinate);
         c->position += of->term.factor * of->coordinate.position;
     }
     bool rigid = isinf(gain);
@@ -153,7 +153,7 @@ static double fill_hinge(const pinch_coupling_term *term, const pinch_term_readi
 {
     dBodyID body[2];
     double direction[3];
-    pinch_coordinate_direction(term->joint, term->axis, reading->hinge, direction);
+    pinch_coordinate_direction(term->joint, term->axis, reading->axis, direction);
     for (int i = 0; i < 3; i++) row->j1[3 + i] = direction[i] * term->factor;
     row->body1 = reading->body[0];
     row->body2 = reading->body[1];
@@ -165,20 +165,26 @@ static double fill_hinge(const pinch_coupling_term *term, const pinch_term_readi
     return pinch_v3_dot(row->j2 + 3, dBodyGetAngularVel(body[1]));
 }
 
-/* Writes the part of any term. Returns what a kinematic body, whose motion is given, adds to x'. */
-static double fill_part(const pinch_coupling_term *term, const pinch_step_bodies *bodies, pinch_joint_row *row)
+/* Writes the part of any term; reading: what has been read of it, or NULL. Returns what a kinematic body, whose motion
+ * is given, adds to x'. */
+static double fill_part(const pinch_coupling_term *term, const pinch_term_reading *reading,
+                        const pinch_step_bodies *bodies, pinch_joint_row *row)
 {
     dBodyID body[2];
     double direction[3], given = 0;
     double *const j[2] = {row->j1, row->j2};
     int *const index[2] = {&row->body1, &row->body2};
-    const pinch_coordinate *q = pinch_coordinate_of(term->joint, term->axis);
+    bool linear = reading ? reading->axis->slides : pinch_coordinate_of(term->joint, term->axis)->linear;
     (void)pinch_joint_bodies(term->joint, body);
-    pinch_coordinate_direction(term->joint, term->axis, NULL, direction);
-    pinch_coordinate_row(q, direction, body, row);
+    pinch_coordinate_direction(term->joint, term->axis, reading ? reading->axis : NULL, direction);
+    pinch_coordinate_row(linear, direction, body, row);
     for (int side = 0; side < 2; side++) {
-        for (int i = 0; i < 6; i++) j[side][i] *= term->factor;
-        *index[side] = moves(body[side]) ? pinch_step_body_of(bodies, body[side]) : PINCH_STATIC_BODY;
+        for (int i = 0; i < 6 && term->factor != 1; i++) j[side][i] *= term->factor;
+        *index[side] = PINCH_STATIC_BODY;
+        if (reading && reading->body[side] >= 0)
+            *index[side] = reading->body[side];
+        else if (!reading && moves(body[side]))
+            *index[side] = pinch_step_body_of(bodies, body[side]);
         if (!body[side] || *index[side] >= 0) continue;
         given += pinch_v3_dot(j[side], dBodyGetLinearVel(body[side])) +
                  pinch_v3_dot(j[side] + 3, dBodyGetAngularVel(body[side]));
@@ -193,13 +199,13 @@ static int write_rows(pinch_coupling *c, const pinch_term_reading *readings, con
     row_law law = read_law(c, readings, h);
     int count = 0;
     for (int i = 0; i < c->count; i++) {
-        const pinch_term_reading *reading = readings ? &readings[i] : NULL;
+        const pinch_term_reading *reading = readings && readings[i].axis ? &readings[i] : NULL;
         pinch_joint_row *row = &rows[count];
         *row = pinch_free_row;
-        if (reading && reading->hinge && reading->body[0] >= 0)
+        if (reading && !reading->axis->slides && reading->body[0] >= 0)
             law.rhs -= fill_hinge(&c->coupled[i].term, reading, row);
         else
-            law.rhs -= fill_part(&c->coupled[i].term, bodies, row);
+            law.rhs -= fill_part(&c->coupled[i].term, reading, bodies, row);
         row->continues = count > 0;
         row->cfm = law.cfm;
         row->low = law.low;

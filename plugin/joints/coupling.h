@@ -63,8 +63,8 @@ bool pinch_coupling_can_act(const pinch_coupling *coupling);
 
 /* What its joint's rows have found of a term in this step. */
 typedef struct pinch_term_reading {
-    const pinch_hinge_reading *hinge; /* NULL: it is no hinge, and has not been read */
-    int body[2];                      /* step bodies, as in pinch_step_joint */
+    const pinch_axis_reading *axis; /* NULL: it is neither hinge nor slider, and has not been read */
+    int body[2];                    /* step bodies, as in pinch_step_joint */
 } pinch_term_reading;
 
 /* Writes the rows of a coupling that acts, at most one for each of its terms, and returns how many there are. readings:

@@ -31,10 +31,18 @@ static void find_bodies(const pinch_step_bodies *bodies, const pinch_step_joint 
         for (int side = 0; side < 2; side++) body[side] = bodies->items[joint->body[side]].body;
 }
 
-/* What has been read of a joint in this step; NULL where it is no hinge. */
-static pinch_hinge_reading *reading_of(pinch_step_joint *joint)
+/* What has been read of a joint in this step; NULL where it is neither hinge nor slider. */
+static const pinch_axis_reading *reading_of(const pinch_step_joint *joint)
 {
-    return joint->reference >= 0 ? &joint->hinge : NULL;
+    return joint->reading.known ? &joint->reading : NULL;
+}
+
+/* Makes room for what is read of a joint, and reads a hinge. */
+static pinch_axis_reading *begin_reading(pinch_step_joint *joint, const dBodyID body[2])
+{
+    joint->reading.known = false;
+    if (joint->reference >= 0) pinch_read_hinge(joint->joint, body, &joint->reading);
+    return &joint->reading;
 }
 
 /* Computes the rows of a joint, those of its servos included. */
@@ -42,15 +50,15 @@ static void compute_rows(pinch_joint_store *store, const pinch_step_context *con
                          pinch_step_joint *joint, pinch_joint_rows *rows)
 {
     double axis[3];
-    rows->hinge = reading_of(joint);
-    if (rows->hinge) pinch_read_hinge(joint->joint, body, rows->hinge);
+    rows->reading = begin_reading(joint, body);
     pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body, &joint->pose);
-    if (pose && rows->hinge && !pinch_hinge_pose_holds(pose, rows->hinge)) pose = NULL;
+    if (pose && joint->reference >= 0 && !pinch_hinge_pose_holds(pose, rows->reading)) pose = NULL;
     int reference = pose ? -1 : joint->reference;
     const double *axis2 = pinch_hinge_reference_axis(&store->references, reference, body[0], context->number, axis);
     pinch_joint_rows_of(context, joint->joint, body, axis2, pose, rows);
     pinch_joint_servos *servos = pinch_servos_of(&store->servos, joint->joint, &joint->servos);
-    joint->servo_rows = servos ? pinch_servo_rows(servos, rows->hinge, body, context->h, rows->row + rows->count) : 0;
+    const pinch_axis_reading *reading = reading_of(joint);
+    joint->servo_rows = servos ? pinch_servo_rows(servos, reading, body, context->h, rows->row + rows->count) : 0;
     rows->count += joint->servo_rows;
     joint->exact = rows->exact;
 }
@@ -114,7 +122,7 @@ static int fill_coupling(const pinch_joint_store *store, const pinch_step_contex
         pinch_coupled *of = &coupling->coupled[i];
         int index = pinch_step_joint_of(store, of->term.joint, &of->joint);
         pinch_step_joint *joint = index < 0 ? NULL : &store->items[index];
-        readings[i].hinge = joint ? reading_of(joint) : NULL;
+        readings[i].axis = joint ? reading_of(joint) : NULL;
         for (int side = 0; side < 2; side++) readings[i].body[side] = joint ? joint->body[side] : PINCH_NOT_A_STEP_BODY;
     }
     return pinch_coupling_rows(coupling, readings, bodies, context->h, row);
@@ -314,10 +322,10 @@ static void add_motors(const pinch_joint_store *store, const pinch_step_context 
                        double given[2][6])
 {
     pinch_joint_row row[PINCH_JOINT_MAX_ROWS];
-    pinch_joint_rows rows = {.row = row, .hinge = reading_of(joint)};
+    pinch_joint_rows rows = {.row = row};
     dBodyID body[2];
     (void)pinch_joint_bodies(joint->joint, body);
-    if (rows.hinge) pinch_read_hinge(joint->joint, body, rows.hinge);
+    rows.reading = begin_reading(joint, body);
     pinch_joint_pose *pose = pinch_joint_pose_of(store->poses, joint->joint, body, &joint->pose);
     pinch_joint_rows_of(context, joint->joint, body, NULL, pose, &rows);
     for (int k = 0; k < 12 && rows.applies; k++) given[k / 6][k % 6] += rows.applied[k / 6][k % 6];

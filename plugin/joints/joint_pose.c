@@ -106,15 +106,16 @@ bool pinch_joint_reversed(dJointID joint, const dBodyID body[2])
     return !body[1] && !dJointGetBody(joint, 0);
 }
 
-void pinch_read_hinge(dJointID hinge, const dBodyID body[2], pinch_hinge_reading *reading)
+void pinch_read_hinge(dJointID hinge, const dBodyID body[2], pinch_axis_reading *reading)
 {
     reading->reversed = pinch_joint_reversed(hinge, body);
     dJointGetHingeAxis(hinge, reading->axis);
     dBodyVectorFromWorld(body[0], reading->axis[0], reading->axis[1], reading->axis[2], reading->own);
-    reading->angle_read = false;
+    reading->known = true;
+    reading->slides = reading->placed = false;
 }
 
-bool pinch_hinge_pose_holds(const pinch_joint_pose *pose, const pinch_hinge_reading *reading)
+bool pinch_hinge_pose_holds(const pinch_joint_pose *pose, const pinch_axis_reading *reading)
 {
     static const double SAME = 1e-9;
     double change[3];
@@ -140,7 +141,7 @@ bool pinch_joint_pose_now(dJointID joint, pinch_joint_pose *pose)
         read_relative_pose(pose, type);
     if (type == dJointTypePR || type == dJointTypePU) read_prismatic_anchor(pose);
     if (type != dJointTypeHinge) return true;
-    pinch_hinge_reading reading;
+    pinch_axis_reading reading;
     pinch_read_hinge(joint, pose->body, &reading);
     pinch_v3_copy(pose->axis1, reading.own);
     return true;

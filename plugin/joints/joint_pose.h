@@ -81,20 +81,22 @@ bool pinch_joint_is_new(pinch_joint_poses *poses, dJointID joint, dJointType typ
 bool pinch_note_motor_frame(pinch_joint_poses *poses, dJointID joint, int axis, int frame);
 bool pinch_note_plane_motor(pinch_joint_poses *poses, dJointID joint, int motor, int parameter, double value);
 
-/* What is read of a hinge once in a step, for its rows, its servo and its couplings. */
-typedef struct pinch_hinge_reading {
-    dVector3 axis, own; /* in world axes, and in the first body's frame */
-    bool reversed;      /* it is attached as (0, body): its angle grows the other way */
-    bool angle_read;
-    double angle; /* as its getter has it, rad */
-} pinch_hinge_reading;
+/* What is read of a hinge or slider once in a step, for its rows, its servo and its couplings. */
+typedef struct pinch_axis_reading {
+    bool known;
+    dVector3 axis, own; /* in world axes, and a hinge's in the first body's frame */
+    bool slides;        /* along the axis, in place of turning about it */
+    bool reversed;      /* it is attached as (0, body): its position grows the other way */
+    bool placed;        /* the position has been read, too: */
+    double position;    /* as its getter has it, rad or m */
+} pinch_axis_reading;
 
 /* Tells whether a joint is attached as (0, body), which ODE turns round. body: those of pinch_joint_bodies. */
 bool pinch_joint_reversed(dJointID joint, const dBodyID body[2]);
 /* Reads a hinge's axis. body: as above. */
-void pinch_read_hinge(dJointID hinge, const dBodyID body[2], pinch_hinge_reading *reading);
+void pinch_read_hinge(dJointID hinge, const dBodyID body[2], pinch_axis_reading *reading);
 /* Tells whether a hinge still has the axis that it had when its pose was noted. */
-bool pinch_hinge_pose_holds(const pinch_joint_pose *pose, const pinch_hinge_reading *reading);
+bool pinch_hinge_pose_holds(const pinch_joint_pose *pose, const pinch_axis_reading *reading);
 /* Tells whether anything was ever noted of a joint in this place of memory. */
 bool pinch_joint_is_noted(const pinch_joint_poses *poses, dJointID joint);
 /* Returns NULL where nothing is known for these bodies and a joint of this type; another joint may be where a destroyed

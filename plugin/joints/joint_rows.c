@@ -24,7 +24,7 @@ static void ball_rows(pinch_row_builder *b)
 
 static void hinge_rows(pinch_row_builder *b)
 {
-    pinch_hinge_reading *reading = b->rows->hinge;
+    pinch_axis_reading *reading = b->rows->reading;
     const double *axis = reading->axis;
     dVector3 anchor1, anchor2;
     double p[3], q[3];
@@ -35,10 +35,10 @@ static void hinge_rows(pinch_row_builder *b)
     pinch_plane_of(axis, p, q);
     b->rows->exact = pinch_axis_rows(b, b->erp, axis, p, q);
     pinch_limit_motor m = pinch_read_motor(b->joint, dJointGetHingeParam, 0);
-    reading->angle_read = m.limited = pinch_stops_angle(&m);
+    reading->placed = m.limited = pinch_stops_angle(&m);
     if (m.limited) {
-        reading->angle = dJointGetHingeAngle(b->joint);
-        m.position = b->reversed ? -reading->angle : reading->angle;
+        reading->position = dJointGetHingeAngle(b->joint);
+        m.position = b->reversed ? -reading->position : reading->position;
     }
     pinch_limit_motor_row(b, &m, axis);
 }
@@ -144,8 +144,9 @@ static void slider_error(const pinch_row_builder *b, double error[3])
 
 static void slider_rows(pinch_row_builder *b)
 {
-    dVector3 axis, p, q;
-    double middle[3], error[3], rate = b->erp / b->h;
+    pinch_axis_reading *reading = b->rows->reading;
+    double *axis = reading->axis, middle[3], error[3], rate = b->erp / b->h;
+    dVector3 p, q, along;
     dJointGetSliderAxis(b->joint, axis);
     same_turn_rows(b);
     pinch_plane_of(axis, p, q);
@@ -157,9 +158,12 @@ static void slider_rows(pinch_row_builder *b)
     b->rows->exact = pinch_builder_knows(b, PINCH_KNOWS_TURN | PINCH_KNOWS_OFFSET);
     pinch_limit_motor m = pinch_read_motor(b->joint, dJointGetSliderParam, 0);
     m.linear = m.limited = true;
-    m.position = dJointGetSliderPosition(b->joint);
-    if (b->reversed) pinch_v3_scale(axis, -1);
-    pinch_limit_motor_row(b, &m, axis);
+    m.position = reading->position = dJointGetSliderPosition(b->joint);
+    reading->known = reading->slides = reading->placed = true;
+    reading->reversed = b->reversed;
+    pinch_v3_copy(along, axis);
+    if (b->reversed) pinch_v3_scale(along, -1);
+    pinch_limit_motor_row(b, &m, along);
 }
 
 /* The first body carries the place where the second's centre has to be. */

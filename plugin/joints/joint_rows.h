@@ -22,8 +22,8 @@ typedef struct pinch_joint_rows {
     unsigned driven;      /* bit k: row k is a motor's, and its rhs a speed */
     bool applies;         /* a motor runs against its stop, and ODE adds a wrench to the two bodies itself: */
     double applied[2][6]; /* in that case, this one */
-    pinch_hinge_reading *hinge; /* of a hinge: its axis as it has been read; its rows read the angle where they need it,
-                                 * which is not quick */
+    pinch_axis_reading *reading; /* a hinge's axis has been read by then, and its rows read the angle where they need
+                                  * it, which is not quick; those of a slider read all */
 } pinch_joint_rows;
 
 /* Finds the bodies of a joint as pinch_joint_bodies does. Returns false also for a joint of a type that has no rows

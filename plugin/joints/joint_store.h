@@ -38,7 +38,7 @@ typedef struct pinch_step_joint {
     double closing[PINCH_JOINT_MAX_ROWS]; /* the part of each row's rhs that takes an error of position back */
     int servo_rows;                       /* the last of its rows are those of its servos */
     pinch_row_forces forces;              /* which the next solve begins with */
-    pinch_hinge_reading hinge;            /* what its rows have read of it in this step */
+    pinch_axis_reading reading;           /* what its rows have read of it in this step */
     unsigned drives;                      /* bit k: pinch_row_may_drive row k */
     bool follows;                         /* its rows may ask for more than to take errors of position back */
     bool applies;                         /* its motors add forces of their own to those of its rows */

@@ -64,17 +64,17 @@ pinch_status pinch_servo_set(pinch_servos *servos, dJointID joint, int axis, con
 
 /* Begins the row of a servo, and writes the direction whose row is the coordinate's rate. Returns the coordinate, NULL
  * for a servo without stiffness and damping. */
-static const pinch_coordinate *begin_row(pinch_joint_servos *servos, int axis, const pinch_hinge_reading *hinge,
+static const pinch_coordinate *begin_row(pinch_joint_servos *servos, int axis, const pinch_axis_reading *reading,
                                          double h, pinch_joint_row *row)
 {
     pinch_servo_axis *of = &servos->axis[axis];
     const pinch_coordinate *c = of->used ? pinch_coordinate_of(servos->joint, axis) : NULL;
     if (!c) return NULL;
-    pinch_coordinate_follow(servos->joint, axis, hinge, &of->coordinate);
+    pinch_coordinate_follow(servos->joint, axis, reading, &of->coordinate);
     double gain = h * of->law.kp + of->law.kd;
     if (!(gain > 0)) return NULL;
     *row = pinch_free_row;
-    pinch_coordinate_direction(servos->joint, axis, hinge, of->direction);
+    pinch_coordinate_direction(servos->joint, axis, reading, of->direction);
     row->cfm = 1 / gain;
     row->rhs = (of->law.kp * (of->law.target - of->coordinate.position) + of->law.kd * of->law.rate) / gain;
     row->low = -of->law.max_force;
@@ -82,15 +82,15 @@ static const pinch_coordinate *begin_row(pinch_joint_servos *servos, int axis, c
     return c;
 }
 
-int pinch_servo_rows(pinch_joint_servos *servos, const pinch_hinge_reading *hinge, const dBodyID body[2], double h,
+int pinch_servo_rows(pinch_joint_servos *servos, const pinch_axis_reading *reading, const dBodyID body[2], double h,
                      pinch_joint_row *rows)
 {
     int count = 0;
     for (int axis = 0; axis < PINCH_JOINT_AXES; axis++) {
         pinch_joint_row *row = &rows[count];
-        const pinch_coordinate *c = begin_row(servos, axis, hinge, h, row);
+        const pinch_coordinate *c = begin_row(servos, axis, reading, h, row);
         if (!c) continue;
-        pinch_coordinate_row(c, servos->axis[axis].direction, body, row);
+        pinch_coordinate_row(c->linear, servos->axis[axis].direction, body, row);
         count++;
     }
     return count;

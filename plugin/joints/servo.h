@@ -45,9 +45,9 @@ pinch_status pinch_servo_set(pinch_servos *servos, dJointID joint, int axis, con
 /* Returns NULL for a joint without servos. *hint: as for pinch_item_index_find. */
 pinch_joint_servos *pinch_servos_of(const pinch_servos *servos, dJointID joint, int *hint);
 
-/* Writes the rows of a joint's servos, and returns how many there are. hinge: as for pinch_coordinate_follow; body:
+/* Writes the rows of a joint's servos, and returns how many there are. reading: as for pinch_coordinate_follow; body:
  * those of pinch_joint_bodies. */
-int pinch_servo_rows(pinch_joint_servos *servos, const pinch_hinge_reading *hinge, const dBodyID body[2], double h,
+int pinch_servo_rows(pinch_joint_servos *servos, const pinch_axis_reading *reading, const dBodyID body[2], double h,
                      pinch_joint_row *rows);
 /* Reads the forces of these rows. */
 void pinch_read_servo_rows(pinch_joint_servos *servos, const pinch_joint_row *rows);
