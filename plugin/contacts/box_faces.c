@@ -64,6 +64,14 @@ static bool run_along(const double *edge, const double *other)
     return pinch_v3_dot(sine, sine) < CROSSING * CROSSING;
 }
 
+/* Is the point, of the faces that lie on each other, one where edges cross that run along each other? */
+static bool is_crossing(const box *a, const box *b, const pinch_detected_point *p)
+{
+    if (fabs(pinch_v3_dot(p->normal, a->axis[a->face])) < OF_FACE) return false;
+    int first = edge_at(a, p->position), second = first < 0 ? -1 : edge_at(b, p->position);
+    return second >= 0 && run_along(a->axis[first], b->axis[second]);
+}
+
 /* Gives all points the normal half way between those of the two faces, where these lie on each other. */
 static void share_normal(const box *a, const box *b, pinch_detected_point *detected, int count)
 {
@@ -90,9 +98,7 @@ int pinch_settle_box_faces(const dGeomID geom[2], const int class[2], const pinc
     if (a.face < 0 || b.face < 0) return count;
     share_normal(&a, &b, detected, count);
     if (count < FEWEST) return count;
-    for (int k = 0; k < count; k++) {
-        int first = edge_at(&a, detected[k].position), second = first < 0 ? -1 : edge_at(&b, detected[k].position);
-        if (second < 0 || !run_along(a.axis[first], b.axis[second])) detected[kept++] = detected[k];
-    }
+    for (int k = 0; k < count; k++)
+        if (!is_crossing(&a, &b, &detected[k])) detected[kept++] = detected[k];
     return kept > 0 ? kept : count;
 }

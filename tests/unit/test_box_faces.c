@@ -63,7 +63,10 @@ static void test_crossings_of_coincident_edges_are_dropped(void **state)
     add(&p, -0.5, -0.5);
     add(&p, -0.2, -0.5); /* and so do those along y */
     add(&p, -0.5, 0.5);
-    assert_int_equal(settle(&p), 4);
+    add(&p, 0.5, 0.3);
+    memcpy(p.point[6].normal, (double[3]){0, 1, 0}, sizeof p.point[6].normal); /* of other faces */
+    assert_int_equal(settle(&p), 5);
+    assert_true(p.point[4].normal[1] == 1);
     for (int k = 0; k < 4; k++)
         for (int i = 1; i < 3; i++) assert_true(fabs(p.point[k].position[i]) == 0.5);
     pair_free(&p);
