@@ -16,7 +16,7 @@ static const double SWEPT_FLOOR = 8e-3;
 /* Forces whose merit is less are close to their laws. */
 static const double CLOSE = 1e-5;
 
-/* Makes an answer of forces that are close to their laws, if a few of Newton's steps lead to one. Otherwise they stay
+/* Makes an answer of forces that are close to their laws, if some of Newton's steps lead to one. Otherwise they stay
  * as they are. Returns false when memory ran out. */
 static bool finish(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings,
                    pinch_step_result *result)

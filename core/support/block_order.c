@@ -303,11 +303,14 @@ static void remember(const pinch_block_graph *g, const pinch_block_order *o, dou
         free(memory->room);
         memory->held = needed + needed / 2;
         memory->room = malloc(sizeof *memory->room * memory->held);
-        if (!memory->room) memory->held = 0;
-        if (!memory->room) return;
+        if (!memory->room) {
+            memory->held = 0;
+            return;
+        }
     }
     int *room = memory->room;
     memory->graph = *g;
+    memory->graph.edge = room; /* the caller's will not stay */
     memory->products = products;
     memory->order = (pinch_block_order){.order = room + first[0],
                                         .place = room + first[1],
