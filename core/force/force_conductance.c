@@ -109,11 +109,13 @@ bool pinch_force_eliminate(pinch_force_element *e)
     if (!find_conductance(e, derivative)) return false;
     for (int j = 0; j < rows; j++) weighted[j] = (1 - rho[j] * compliance[j]) / rho[j] * f[j];
     e->conducts = false;
+    e->symmetric = true;
     for (int i = 0; i < rows; i++) {
         double shift = f[i];
         for (int j = 0; j < rows; j++) {
             shift += conductance[i * rows + j] * weighted[j];
             e->conducts = e->conducts || conductance[i * rows + j] != 0;
+            e->symmetric = e->symmetric && conductance[i * rows + j] == conductance[j * rows + i];
         }
         change[i] = -shift;
     }

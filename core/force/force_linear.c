@@ -33,8 +33,9 @@ static void find_blocks(const pinch_force_system *s, const int cluster[2], pair_
     for (int a = 0; a < 2; a++) {
         blocks->cluster[a] = cluster[a];
         for (int b = 0; b < 2; b++)
-            blocks->to[a][b] =
-                cluster[a] < 0 || cluster[b] < 0 ? NULL : pinch_block_lu_at(&s->lu, cluster[a], cluster[b]);
+            blocks->to[a][b] = cluster[a] < 0 || cluster[b] < 0 || !pinch_block_lu_reads(&s->lu, cluster[a], cluster[b])
+                                   ? NULL
+                                   : pinch_block_lu_at(&s->lu, cluster[a], cluster[b]);
     }
 }
 
@@ -79,7 +80,7 @@ static void add_products_of_bodies(const pinch_force_system *s, const pinch_forc
             for (int k = 0; d != 0 && k < N; k++) weighted[i * N + k] += d * e->block[b].g[j * N + k];
         }
     for (int a = 0; a < 2; a++)
-        if (e->cluster[a] >= 0) add_product_of_rows(rows, e->block[a].g, weighted, to[a]);
+        if (to[a]) add_product_of_rows(rows, e->block[a].g, weighted, to[a]);
 }
 
 /* The columns of a block that are not zero: those of the freedoms that move its body. */
@@ -135,7 +136,7 @@ static void add_products(const pinch_force_system *s, const pinch_force_element 
     for (int from = 0; from < e->block[b].size; from += WIDE) {
         find_acting(&e->block[b], rows, from, &acting[1]);
         for (int a = 0; a < 2; a++) {
-            for (int l = 0; e->cluster[a] >= 0 && l < e->block[a].size; l += WIDE) {
+            for (int l = 0; to[a] && l < e->block[a].size; l += WIDE) {
                 if (a != b || l != from) find_acting(&e->block[a], rows, l, &acting[0]);
                 add_acting(a == b && l == from ? &acting[1] : &acting[0], &acting[1], weight, rows,
                            s->block_size[e->cluster[b]], to[a]);
@@ -331,8 +332,8 @@ static void assemble_columns(void *argument, int first, int end)
 
 static void clear_values(void *argument, int first, int end)
 {
-    const pinch_force_system *s = argument;
-    memset(s->lu.values + first, 0, sizeof(double) * (size_t)(end - first));
+    pinch_force_system *s = argument;
+    pinch_block_lu_clear_part(&s->lu, (size_t)first, (size_t)end);
 }
 
 /* As pinch_block_lu_clear. */
@@ -378,9 +379,12 @@ static void add_multipliers(pinch_force_system *s)
 static void eliminate_elements(void *argument, int first, int end)
 {
     pinch_force_system *s = argument;
-    bool singular = false;
-    for (int k = first; k < end && !singular; k++) singular = !pinch_force_eliminate(&s->elements[k]);
-    s->partials[first / PINCH_CHUNK].any = singular;
+    bool singular = false, symmetric = true;
+    for (int k = first; k < end && !singular; k++) {
+        singular = !pinch_force_eliminate(&s->elements[k]);
+        symmetric = symmetric && s->elements[k].symmetric;
+    }
+    s->partials[first / PINCH_CHUNK] = (pinch_force_partial){.any = singular, .symmetric = symmetric};
 }
 
 /* Eliminates all elements and forms their right hand side, -h G^T shift. Returns false where one is singular. */
@@ -499,6 +503,21 @@ bool pinch_force_begin_rows(pinch_arena *arena, pinch_force_system *s)
     return true;
 }
 
+/* Tells whether the factors may be those of a symmetric matrix, if the conductances are. The rows and columns of
+ * multipliers differ in their signs, and small matrices take little time in any case. */
+static bool may_be_symmetric(const pinch_force_system *s)
+{
+    enum { LARGE = 200 };
+    return !s->iterative && s->multiplier_count == 0 && s->block_count >= LARGE;
+}
+
+static bool conductances_are_symmetric(const pinch_force_system *s)
+{
+    bool all = true;
+    for (int k = 0; k < pinch_chunk_count(s->element_count); k++) all = all && s->partials[k].symmetric;
+    return all;
+}
+
 bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *s, double merit, bool *singular)
 {
     *singular = true;
@@ -514,6 +533,7 @@ bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *s, double 
         (void)pinch_force_evaluate(s); /* the slopes stand where the trial forces stood */
         if (!eliminate(s)) return false;
     }
+    s->lu.symmetric = may_be_symmetric(s) && conductances_are_symmetric(s);
     if (!s->iterative && !solve_by_factors(s)) return false;
     changes_from(s);
     return true;
@@ -528,6 +548,7 @@ double *pinch_force_clear_rhs(pinch_arena *arena, pinch_force_system *s)
 bool pinch_force_solve_for_rhs(pinch_force_system *s, double exactness)
 {
     s->work += WORK_OF_ELEMENT * s->element_count;
+    s->lu.symmetric = may_be_symmetric(s);
     return s->iterative ? solve_by_iteration(s, exactness) : solve_by_factors(s);
 }
 

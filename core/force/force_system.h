@@ -32,6 +32,7 @@ typedef struct pinch_force_element {
     int cluster[2]; /* of the blocks, -1: none */
     int rows;       /* of the law */
     bool conducts;  /* the conductance D is not zero */
+    bool symmetric; /* it is; where friction follows the normal force, it is not */
     bool inside;    /* P(z) = z at the point last evaluated */
     const pinch_contact_law *law;
     pinch_contact *contact; /* NULL: a joint row */
@@ -110,7 +111,8 @@ typedef struct pinch_force_condensed {
 /* What a chunk of the elements adds to figures of all (support/loop.h). */
 typedef struct pinch_force_partial {
     double sum, off, force;
-    bool any; /* it has what was looked for */
+    bool any;       /* it has what was looked for */
+    bool symmetric; /* all of it is */
 } pinch_force_partial;
 
 typedef struct pinch_force_system {
@@ -433,8 +435,8 @@ bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *system, do
  * multipliers. Returns it, or NULL when memory ran out. */
 double *pinch_force_clear_rhs(pinch_arena *arena, pinch_force_system *system);
 
-/* Does without multipliers what pinch_force_solve_linear does, with conductances and right hand side as they are, and
- * leaves dq in the place of the latter. Returns false where there is none. */
+/* Does without multipliers what pinch_force_solve_linear does, with conductances, which are diagonal, and right hand
+ * side as they are, and leaves dq in the place of the latter. Returns false where there is none. */
 bool pinch_force_solve_for_rhs(pinch_force_system *system, double exactness);
 
 /* Does so for another right-hand side, with the factors of that solve, where it had any. */

@@ -78,6 +78,7 @@ bool pinch_block_lu_plan(pinch_arena *arena, const pinch_block_graph *graph, con
     lu->count = graph->count;
     lu->early = graph->early;
     lu->incomplete = order.without_fill;
+    lu->symmetric = false;
     lu->size = size;
     lu->order = order.order;
     lu->place = order.place;
@@ -88,9 +89,25 @@ bool pinch_block_lu_plan(pinch_arena *arena, const pinch_block_graph *graph, con
     return place_blocks(arena, lu, order.entries) && (lu->incomplete || find_runs(arena, lu));
 }
 
+static void clear_range(const pinch_block_lu *lu, size_t first, size_t end)
+{
+    if (first < end) memset(lu->values + first, 0, sizeof(double) * (end - first));
+}
+
+void pinch_block_lu_clear_part(pinch_block_lu *lu, size_t first, size_t end)
+{
+    size_t upper = lu->value_count - lu->to_upper, lower = upper - lu->to_upper;
+    if (!lu->symmetric) {
+        clear_range(lu, first, end);
+        return;
+    }
+    clear_range(lu, first, end < lower ? end : lower);
+    clear_range(lu, first > upper ? first : upper, end);
+}
+
 void pinch_block_lu_clear(pinch_block_lu *lu)
 {
-    memset(lu->values, 0, sizeof(double) * lu->value_count);
+    pinch_block_lu_clear_part(lu, 0, lu->value_count);
 }
 
 /* Where `place` stands among the later blocks of the k-th; it is there. */
@@ -118,7 +135,7 @@ double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column)
 /*
  * For the blocks from the k-th on, `count` of a run: A_ij -= A_ik U_kj and A_ji -= A_jk U_ki with all j >= i among
  * their last `later` later blocks, of which i is the first. What each block is left is the same to the bit as if one
- * block after the other were eliminated.
+ * block after the other were eliminated. Of a symmetric matrix the A_ij are enough.
  */
 static inline void update_row(const pinch_block_lu *lu, int k, int count, int later)
 {
@@ -141,7 +158,8 @@ static inline void update_row(const pinch_block_lu *lu, int k, int count, int la
             upper[p] = pinch_block_lu_upper(lu, e);
         }
         pinch_block_subtract_products(count, rows, mine, columns, left, upper, pinch_block_lu_upper(lu, inside));
-        pinch_block_subtract_products(count, columns, mine, rows, lower, right, lu->values + lu->lower[inside]);
+        if (!lu->symmetric)
+            pinch_block_subtract_products(count, columns, mine, rows, lower, right, lu->values + lu->lower[inside]);
     }
 }
 
@@ -162,6 +180,12 @@ static bool is_identity(int size, const double *a)
     return true;
 }
 
+/* Makes A_jk of the block A_kj of the entry e. */
+static inline void transpose(const pinch_block_lu *lu, int e, int rows, int columns)
+{
+    pinch_block_transpose(rows, columns, pinch_block_lu_upper(lu, e), lu->values + lu->lower[e]);
+}
+
 /* Factors the k-th diagonal block, and forms U_kj = A_kk^-1 A_kj. Returns false when a pivot is none. */
 static inline bool factor_own(const pinch_block_lu *lu, int k, double *scratch)
 {
@@ -171,9 +195,11 @@ static inline bool factor_own(const pinch_block_lu *lu, int k, double *scratch)
     if (!identity &&
         !(early ? pinch_block_invert(mine, diagonal, pivot) : pinch_lu_factor(mine, diagonal, pivot, scratch)))
         return false;
-    for (int e = lu->later_start[k]; e < lu->later_start[k + 1] && !identity; e++) {
+    for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
         int other = lu->size[lu->order[lu->later[e]]];
         double *upper = pinch_block_lu_upper(lu, e);
+        if (lu->symmetric) transpose(lu, e, mine, other);
+        if (identity) continue;
         if (early)
             pinch_block_multiply(mine, other, diagonal, upper, scratch);
         else

@@ -25,6 +25,8 @@ typedef struct pinch_block_lu {
                 * They are solved with their factors: in an inverse, what belongs together in large entries would be
                 * rounded apart. */
     bool incomplete;
+    bool symmetric;   /* the caller's, before the matrix is cleared: of a complete matrix that is symmetric, the blocks
+                       * below the diagonal ones are not read. This takes half of the products. */
     double products;  /* what a factorization takes, in products of 6 x 6 blocks */
     const int *size;  /* per block row: unknowns, > 0 */
     int *first;       /* per block row: its first unknown; count + 1 */
@@ -57,6 +59,15 @@ bool pinch_block_lu_plan(pinch_arena *arena, const pinch_block_graph *graph, con
                          pinch_block_order_memory *memory, pinch_block_lu *lu);
 
 void pinch_block_lu_clear(pinch_block_lu *lu);
+
+/* Does the part of it from a value on up to another; all value_count of them are the matrix. */
+void pinch_block_lu_clear_part(pinch_block_lu *lu, size_t first, size_t end);
+
+/* Is the block read? All are but those below the diagonal ones of a symmetric matrix. */
+static inline bool pinch_block_lu_reads(const pinch_block_lu *lu, int row, int column)
+{
+    return !lu->symmetric || lu->place[row] <= lu->place[column];
+}
 
 /* Block (row, column), size[row] x size[column], to be added to; the two must be equal or coupled. */
 double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column);

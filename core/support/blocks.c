@@ -110,6 +110,23 @@ void pinch_block_subtract_products(int count, int m, int k, int n, const double 
     for (int p = 0; p < count; p++) pinch_block_subtract_product(m, k, n, a[p], b[p], c);
 }
 
+void pinch_block_transpose(int m, int n, const double *restrict a, double *restrict b)
+{
+    if (m != BODY || n != BODY) {
+        for (int i = 0; i < m; i++)
+            for (int j = 0; j < n; j++) b[j * m + i] = a[i * n + j];
+        return;
+    }
+#pragma GCC unroll 3
+    for (int i = 0; i < BODY; i += 2)
+#pragma GCC unroll 3
+        for (int j = 0; j < BODY; j += 2) {
+            pinch_lanes above = pinch_lanes_at(a + BODY * i + j), below = pinch_lanes_at(a + BODY * i + BODY + j);
+            pinch_lanes_put((pinch_lanes){above[0], below[0]}, b + BODY * j + i);
+            pinch_lanes_put((pinch_lanes){above[1], below[1]}, b + BODY * j + BODY + i);
+        }
+}
+
 void pinch_block_multiply(int m, int n, const double *restrict a, double *restrict b, double *restrict scratch)
 {
     memcpy(scratch, b, sizeof(double) * (size_t)(m * n));

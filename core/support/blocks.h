@@ -13,6 +13,9 @@ void pinch_block_subtract_product(int m, int k, int n, const double *restrict a,
 void pinch_block_subtract_products(int count, int m, int k, int n, const double *const a[], const double *const b[],
                                    double *restrict c);
 
+/* b (n x m) = a^T, a being m x n */
+void pinch_block_transpose(int m, int n, const double *restrict a, double *restrict b);
+
 /* b (m x n) = a (m x m) b; scratch: m x n */
 void pinch_block_multiply(int m, int n, const double *restrict a, double *restrict b, double *restrict scratch);
 

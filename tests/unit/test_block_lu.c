@@ -379,23 +379,25 @@ static void draw_grid(grid *g, int odd)
     }
 }
 
-/* Fills a block with the same numbers whatever the plan, takes it off the residual, and adds it up. */
-static void fill_of_grid(pinch_block_lu *lu, int row, int column, const double *x, double *residual)
+/* Fills a block with the same numbers whatever the plan, with none where it is not read, and adds its products with
+ * x. */
+static void fill_of_grid(pinch_block_lu *lu, int row, int column, const double *x, double *product)
 {
     double *block = pinch_block_lu_at(lu, row, column);
     int rows = lu->size[row], columns = lu->size[column];
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < columns; j++) {
-            double value = sin(row + 2.0 * column + 3 * i + 5 * j) + (row == column && i == j ? 40 : 0);
-            block[i * columns + j] = value;
-            residual[lu->first[row] + i] += value * x[lu->first[column] + j];
+            double value = sin(row + 2.0 * column + 3 * i + 5 * j);
+            if (lu->symmetric) value += sin(column + 2.0 * row + 3 * j + 5 * i);
+            if (row == column && i == j) value += 40;
+            block[i * columns + j] = pinch_block_lu_reads(lu, row, column) ? value : NAN;
+            product[lu->first[row] + i] += value * x[lu->first[column] + j];
         }
 }
 
 /* Large graphs are put into the order of their tree, and runs of bodies are eliminated together. */
-static void test_large_ones_are_solved_in_runs(void **state)
+static void solve_grids(bool symmetric)
 {
-    (void)state;
     static grid g;
     static double wanted[NODES * OF_BODY], x[NODES * OF_BODY], y[NODES * OF_BODY];
     pinch_arena arena;
@@ -412,6 +414,8 @@ static void test_large_ones_are_solved_in_runs(void **state)
             double *b = copy == 0 ? x : y;
             memset(b, 0, sizeof x);
             for (int i = 0; i < lu->first[NODES]; i++) wanted[i] = cos(i);
+            lu[copy].symmetric = symmetric;
+            for (size_t i = 0; i < lu->value_count; i++) lu[copy].values[i] = NAN;
             pinch_block_lu_clear(&lu[copy]);
             for (int k = 0; k < NODES; k++) fill_of_grid(&lu[copy], k, k, wanted, b);
             for (int k = 0; k < 2 * g.edges; k++)
@@ -426,6 +430,18 @@ static void test_large_ones_are_solved_in_runs(void **state)
         assert_memory_equal(lu[0].values, lu[1].values, sizeof(double) * lu->value_count);
     }
     pinch_arena_free(&arena);
+}
+
+static void test_large_ones_are_solved_in_runs(void **state)
+{
+    (void)state;
+    solve_grids(false);
+}
+
+static void test_half_of_a_symmetric_one_is_read(void **state)
+{
+    (void)state;
+    solve_grids(true);
 }
 
 static void assert_same_order(const pinch_block_order *a, const pinch_block_order *b, int count)
@@ -476,6 +492,7 @@ int main(void)
         cmocka_unit_test(test_a_contact_is_added),
         cmocka_unit_test(test_wide_products_are_the_same),
         cmocka_unit_test(test_large_ones_are_solved_in_runs),
+        cmocka_unit_test(test_half_of_a_symmetric_one_is_read),
         cmocka_unit_test(test_orders_are_remembered),
         cmocka_unit_test(test_agrees_with_the_dense_factorization),
         cmocka_unit_test(test_a_crew_finds_the_same_bits),
