@@ -80,12 +80,18 @@ static bool conductance_of_any(const pinch_force_element *e, const double *deriv
     return true;
 }
 
-void pinch_force_residual(const pinch_force_element *e, double *f, double *derivative)
+/* p = P(z) at the point last evaluated, derivative = J (NULL: not wanted) */
+static void project(const pinch_force_element *e, double *p, double *derivative)
+{
+    (void)pinch_contact_law_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO),
+                                    pinch_force_values(e, PINCH_FORCE_Z), p, derivative);
+}
+
+void pinch_force_residual(const pinch_force_element *e, double *f)
 {
     const double *r = pinch_force_values(e, PINCH_FORCE_R);
     double p[PINCH_CONTACT_ROWS_MAX];
-    (void)pinch_contact_law_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO),
-                                    pinch_force_values(e, PINCH_FORCE_Z), p, derivative);
+    project(e, p, NULL);
     for (int i = 0; i < e->rows; i++) f[i] = r[i] - p[i];
 }
 
@@ -96,16 +102,43 @@ static bool find_conductance(const pinch_force_element *e, const double *derivat
     return conductance_of_any(e, derivative);
 }
 
+/* Tells whether a contact whose force is at the limit of its friction, as it slipped when that was found, hardly sticks
+ * at z, p being P(z). */
+static bool may_slip_on(const pinch_force_element *e, const double *p)
+{
+    static const double AT_LIMIT = 1 - 1e-9, NEAR = 0.99;
+    const double *r = pinch_force_values(e, PINCH_FORCE_R);
+    if (!e->inside || !pinch_force_has_disc(e) || !(r[0] > 0 && p[0] > 0)) return false;
+    double friction = e->law->friction[0], before = e->law->limit[0] + friction * r[0];
+    double limit = e->law->limit[0] + friction * p[0];
+    return limit > 0 && limit < INFINITY && hypot(r[1], r[2]) >= AT_LIMIT * before && hypot(p[1], p[2]) >= NEAR * limit;
+}
+
+/*
+ * Finds P and J of the piece on which such a contact slips. Contacts that creep are found to stick by the slightest
+ * change of their velocity. With the derivative of those that stick Newton's method has them share what moves, and they
+ * all slip again by a little more than rounding, in one step after the other.
+ */
+static void slip_on(const pinch_force_element *e, double *p, double *derivative)
+{
+    static const double BEYOND = 1 + 1e-9;
+    double outwards = BEYOND * (e->law->limit[0] + e->law->friction[0] * p[0]) / hypot(p[1], p[2]);
+    const double slipping[PINCH_FORCE_CONTACT] = {p[0], p[1] * outwards, p[2] * outwards};
+    (void)pinch_contact_law_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), slipping, p, derivative);
+}
+
 /* The shift A^-1 F follows from A^-1 = I + D rho^-1 (I - rho C). */
-bool pinch_force_eliminate(pinch_force_element *e)
+bool pinch_force_eliminate(pinch_force_element *e, bool first)
 {
     enum { N = PINCH_CONTACT_ROWS_MAX };
-    const double *rho = pinch_force_values(e, PINCH_FORCE_RHO),
+    const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R),
                  *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
-    double derivative[N * N], f[N], weighted[N], *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
+    double derivative[N * N], p[N], f[N], weighted[N], *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
     int rows = e->rows;
-    pinch_force_residual(e, f, derivative);
+    project(e, p, derivative);
+    if (first && may_slip_on(e, p)) slip_on(e, p, derivative);
+    for (int i = 0; i < rows; i++) f[i] = r[i] - p[i];
     if (!find_conductance(e, derivative)) return false;
     for (int j = 0; j < rows; j++) weighted[j] = (1 - rho[j] * compliance[j]) / rho[j] * f[j];
     e->conducts = false;

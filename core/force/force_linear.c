@@ -381,7 +381,7 @@ static void eliminate_elements(void *argument, int first, int end)
     pinch_force_system *s = argument;
     bool singular = false, symmetric = true;
     for (int k = first; k < end && !singular; k++) {
-        singular = !pinch_force_eliminate(&s->elements[k]);
+        singular = !pinch_force_eliminate(&s->elements[k], s->begins);
         symmetric = symmetric && s->elements[k].symmetric;
     }
     s->partials[first / PINCH_CHUNK] = (pinch_force_partial){.any = singular, .symmetric = symmetric};
@@ -391,6 +391,7 @@ static void eliminate_elements(void *argument, int first, int end)
 static bool eliminate(pinch_force_system *s)
 {
     pinch_loop(s->crew, s->element_count, eliminate_elements, s);
+    s->begins = false;
     if (pinch_force_any(s)) return false;
     memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->block_count]);
     pinch_force_add_impulses(s, PINCH_FORCE_CHANGE, s->block_first, s->rhs);

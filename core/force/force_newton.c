@@ -162,7 +162,7 @@ static void settle_elements(void *argument, int first, int end)
         const pinch_force_element *e = &s->elements[k];
         double *r = pinch_force_values(e, PINCH_FORCE_R), f[PINCH_CONTACT_ROWS_MAX];
         if (lies_inside(e)) continue;
-        pinch_force_residual(e, f, NULL);
+        pinch_force_residual(e, f);
         for (int i = 0; i < e->rows; i++) {
             moved = moved || fabs(f[i]) > ROUNDING * s->force;
             r[i] -= f[i];

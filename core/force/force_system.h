@@ -154,6 +154,7 @@ typedef struct pinch_force_system {
     bool given_up;                          /* an approximation is better than what it would go on to */
     bool too_large;                         /* a complete factorization is not within the budget */
     bool stands;                            /* with the answer at hand no body sinks far */
+    bool begins;                            /* no step has been taken since the warm start */
     double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
 
     struct pinch_force_joints *joints; /* NULL where there is no factor, or not yet */
@@ -353,13 +354,12 @@ double pinch_force_rounding(const pinch_force_system *system);
 
 /* force_conductance.c */
 
-/* f[rows] = F at the point last evaluated, derivative (rows x rows; may be NULL) = J. */
-void pinch_force_residual(const pinch_force_element *element, double *f, double *derivative);
+/* f[rows] = F at the point last evaluated. */
+void pinch_force_residual(const pinch_force_element *element, double *f);
 
-/* Writes the conductance D = A^-1 J rho, and minus the shift A^-1 F where the change goes. Returns false where A is
- * singular.
- */
-bool pinch_force_eliminate(pinch_force_element *element);
+/* Writes the conductance D = A^-1 J rho, and minus the shift A^-1 F where the change goes. first: this is the first
+ * step from a warm start, in which what slipped slips on. Returns false where A is singular. */
+bool pinch_force_eliminate(pinch_force_element *element, bool first);
 
 /* force_condensed.c: steps in the contacts alone, where system->joints is there */
 

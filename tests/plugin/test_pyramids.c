@@ -100,6 +100,7 @@ static void stands_and_rests(int courses, double gap)
     assert_true(moved < 1e-4);
     assert_true(fastest == 0);
     assert_true(stats.islands_at_rest > STEPS / 4);
+    assert_true(2 * stats.newton_steps <= 3 * (STEPS - stats.islands_at_rest)); /* contacts that creep slip on */
     pyramid_free(&p);
 }
 
