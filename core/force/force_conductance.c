@@ -115,9 +115,9 @@ static bool may_slip_on(const pinch_force_element *e, const double *p)
 }
 
 /*
- * Finds P and J of the piece on which such a contact slips. Contacts that creep are found to stick by the slightest
- * change of their velocity. With the derivative of those that stick Newton's method has them share what moves, and they
- * all slip again by a little more than rounding, in one step after the other.
+ * Finds P and J of the piece on which such a contact slips. By the slightest change of their velocities contacts that
+ * creep are found to stick. A step with the derivative of those that stick spreads over them what moves, and they all
+ * slip again in the steps that follow.
  */
 static void slip_on(const pinch_force_element *e, double *p, double *derivative)
 {

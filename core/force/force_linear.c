@@ -387,12 +387,28 @@ static void eliminate_elements(void *argument, int first, int end)
     s->partials[first / PINCH_CHUNK] = (pinch_force_partial){.any = singular, .symmetric = symmetric};
 }
 
+/* Tells whether the factors may be those of a symmetric matrix, if the conductances are. The rows and columns of
+ * multipliers differ in their signs, and small matrices take little time in any case. */
+static bool may_be_symmetric(const pinch_force_system *s)
+{
+    enum { LARGE = 200 };
+    return !s->iterative && s->multiplier_count == 0 && s->block_count >= LARGE;
+}
+
+static bool conductances_are_symmetric(const pinch_force_system *s)
+{
+    bool all = true;
+    for (int k = 0; k < pinch_chunk_count(s->element_count); k++) all = all && s->partials[k].symmetric;
+    return all;
+}
+
 /* Eliminates all elements and forms their right hand side, -h G^T shift. Returns false where one is singular. */
 static bool eliminate(pinch_force_system *s)
 {
     pinch_loop(s->crew, s->element_count, eliminate_elements, s);
     s->begins = false;
     if (pinch_force_any(s)) return false;
+    s->lu.symmetric = may_be_symmetric(s) && conductances_are_symmetric(s);
     memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->block_count]);
     pinch_force_add_impulses(s, PINCH_FORCE_CHANGE, s->block_first, s->rhs);
     return true;
@@ -504,21 +520,6 @@ bool pinch_force_begin_rows(pinch_arena *arena, pinch_force_system *s)
     return true;
 }
 
-/* Tells whether the factors may be those of a symmetric matrix, if the conductances are. The rows and columns of
- * multipliers differ in their signs, and small matrices take little time in any case. */
-static bool may_be_symmetric(const pinch_force_system *s)
-{
-    enum { LARGE = 200 };
-    return !s->iterative && s->multiplier_count == 0 && s->block_count >= LARGE;
-}
-
-static bool conductances_are_symmetric(const pinch_force_system *s)
-{
-    bool all = true;
-    for (int k = 0; k < pinch_chunk_count(s->element_count); k++) all = all && s->partials[k].symmetric;
-    return all;
-}
-
 bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *s, double merit, bool *singular)
 {
     *singular = true;
@@ -534,7 +535,6 @@ bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *s, double 
         (void)pinch_force_evaluate(s); /* the slopes stand where the trial forces stood */
         if (!eliminate(s)) return false;
     }
-    s->lu.symmetric = may_be_symmetric(s) && conductances_are_symmetric(s);
     if (!s->iterative && !solve_by_factors(s)) return false;
     changes_from(s);
     return true;
