@@ -109,9 +109,10 @@ static bool may_slip_on(const pinch_force_element *e, const double *p)
     static const double AT_LIMIT = 1 - 1e-9, NEAR = 0.99;
     const double *r = pinch_force_values(e, PINCH_FORCE_R);
     if (!e->inside || !pinch_force_has_disc(e) || !(r[0] > 0 && p[0] > 0)) return false;
-    double friction = e->law->friction[0], before = e->law->limit[0] + friction * r[0];
-    double limit = e->law->limit[0] + friction * p[0];
-    return limit > 0 && limit < INFINITY && hypot(r[1], r[2]) >= AT_LIMIT * before && hypot(p[1], p[2]) >= NEAR * limit;
+    double limit = e->law->limit[0], friction = e->law->friction[0];
+    double before = AT_LIMIT * (limit + friction * r[0]), near = NEAR * (limit + friction * p[0]);
+    return near > 0 && near < INFINITY && r[1] * r[1] + r[2] * r[2] >= before * before &&
+           p[1] * p[1] + p[2] * p[2] >= near * near;
 }
 
 /*
