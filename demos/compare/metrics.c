@@ -61,7 +61,7 @@ static const metric_info table[METRIC_COUNT] = {
     [METRIC_DIVERGES_10MM] = {"diverges_10mm", "s", "10 mm apart after", "when the runs are that far apart first"},
     [METRIC_COST] = {"cost", "us", "cost of a step",
                      "wall time from the first contact handed over to the emptying of the contacts, median over the "
-                     "steps of runs that take turns"},
+                     "steps of runs that take turns of 50 steps"},
 };
 
 const metric_info *metric_about(metric m)

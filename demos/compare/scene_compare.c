@@ -55,16 +55,21 @@ static int list_runs(const compare_settings *settings, const scene *s, solver_ru
     return count;
 }
 
+/* A turn is short beside the seconds for which other programs disturb the machine, so that all runs are disturbed
+ * alike, and long enough for a run to find its code and data in the caches again, as it would if it ran alone. */
+enum { TURN = 50 }; /* steps */
+
 static command_status run_in_turns(scene_comparison *c)
 {
     long steps = simulation_steps(c->runs[0].simulation);
-    for (long step = 0; step < steps; step++)
-        for (int k = 0; k < c->run_count; k++) {
-            solver_run *run = &c->runs[k];
-            world_status status = solver_run_step(run, k ? &c->runs[0] : NULL);
-            if (status != WORLD_OK) return status_of(status, run->name, c->s);
-            job_share_step(c->settings->share);
-        }
+    for (long first = 0; first < steps; first += TURN)
+        for (int k = 0; k < c->run_count; k++)
+            for (long step = first; step < steps && step < first + TURN; step++) {
+                solver_run *run = &c->runs[k];
+                world_status status = solver_run_step(run, k ? &c->runs[0] : NULL);
+                if (status != WORLD_OK) return status_of(status, run->name, c->s);
+                job_share_step(c->settings->share);
+            }
     for (int k = 0; k < c->run_count; k++) solver_run_finish(&c->runs[k]);
     return COMMAND_DONE;
 }

@@ -35,8 +35,9 @@ bool observer_start(observer *r, const world *w, long steps)
     r->history = calloc(6 * fingers, sizeof *r->history);
     r->noise = calloc(fingers, sizeof *r->noise);
     r->curve = calloc((size_t)(OBSERVER_POINTS + 2) * (size_t)r->columns, sizeof *r->curve);
+    r->poses = calloc((size_t)steps + 1, sizeof *r->poses);
     pose_of(w, r->start);
-    return r->history && r->noise && r->curve;
+    return r->history && r->noise && r->curve && r->poses;
 }
 
 void observer_free(observer *r)
@@ -44,6 +45,7 @@ void observer_free(observer *r)
     free(r->history);
     free(r->noise);
     free(r->curve);
+    free(r->poses);
 }
 
 void observer_before_step(observer *r)
@@ -155,12 +157,12 @@ static void watch_forces(observer *r)
     }
 }
 
-static void watch_divergence(observer *r, const world *peer)
+static void watch_divergence(observer *r, const observer *peer)
 {
-    double mine[7], other[7], apart[3];
-    if (!peer) return;
+    double *mine = r->poses[r->w->steps - 1], apart[3];
     pose_of(r->w, mine);
-    pose_of(peer, other);
+    if (!peer) return;
+    const double *other = peer->poses[r->w->steps - 1];
     scene_subtract(mine, other, apart);
     r->divergence =
         hypot(scene_norm(apart), r->w->scene->objects[0].shape.bounding_radius * angle_between(mine + 3, other + 3));
@@ -190,7 +192,7 @@ static void record_point(observer *r)
     r->rows++;
 }
 
-void observer_after_step(observer *r, const world *peer)
+void observer_after_step(observer *r, const observer *peer)
 {
     balance(r);
     watch_rails(r);
@@ -261,7 +263,7 @@ world_status solver_run_step(solver_run *c, const solver_run *peer)
     c->random = dRandGetSeed();
     if (status != WORLD_OK) return status;
     c->step_s[c->w->steps - 1] = c->w->step_s - before;
-    observer_after_step(&c->observer, peer ? peer->w : NULL);
+    observer_after_step(&c->observer, peer ? &peer->observer : NULL);
     return !c->pictures || film_step(c->pictures, c->w) ? WORLD_OK : WORLD_NO_MEMORY;
 }
 

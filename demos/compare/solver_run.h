@@ -39,15 +39,16 @@ typedef struct observer {
     double divergence, divergence_max, passed[METRIC_THRESHOLDS]; /* m; s, NaN: not passed */
     double balance;                                               /* N, of the step just done */
     int columns, rows;
-    double *curve; /* rows x columns */
+    double *curve;      /* rows x columns */
+    double (*poses)[7]; /* of the object after each step */
 } observer;
 
 /* Returns false when memory runs out. Free it in either case. */
 bool observer_start(observer *r, const world *w, long steps);
 void observer_free(observer *r);
 void observer_before_step(observer *r);
-/* `peer` is the world of Pinch's run after the same step, NULL where there is none. */
-void observer_after_step(observer *r, const world *peer);
+/* `peer` is the observer of Pinch's run, which has seen the same step, or NULL. */
+void observer_after_step(observer *r, const observer *peer);
 /* Fills in the metrics that the observer knows of the finished run. */
 void observer_metrics(const observer *r, double metrics[METRIC_COUNT]);
 
