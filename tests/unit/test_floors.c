@@ -284,26 +284,29 @@ static void test_soft_contacts_are_not_too_soft(void **state)
     assert_false(r.too_soft);
 }
 
-/* A floor stays for its steps; then it is lowered where it lets something sink, and where it does not, how often it was
- * raised is forgotten. */
+/* A floor stays for its steps; then it is lowered where it lets something sink, the less the longer it has stayed, and
+ * where it does not, how often it was raised is forgotten. */
 static void test_a_floor_stays_for_its_steps(void **state)
 {
     (void)state;
-    enum { HOLD = 3, SPAN = 40 };
+    enum { HOLD = 3 };
     static const double floor = 1e-3, h = 5e-3;
-    for (int i = 0; i < 3; i++) {
+    static const int spans[] = {0, 20, 40, 1280};
+    static const double lowered[] = {0.95, 0.95, 0.975, 1 - 0.05 / 64};
+    for (int i = 0; i < 12; i++) {
         column l;
-        bool held = i == 0, sinks = i < 2;
+        bool held = i % 3 == 0, sinks = i % 3 < 2;
+        int span = spans[i / 3];
         make(&l, BALLS, h, sinks ? 0.1 : 100, floor);
         for (int k = 0; k < BALLS; k++) {
             l.contacts[k].hold = held ? HOLD : 0;
-            l.contacts[k].hold_span = SPAN;
+            l.contacts[k].hold_span = span;
         }
         (void)solve_at_floor(&l);
         for (int k = 0; k < BALLS; k++) {
             assert_int_equal(l.contacts[k].hold, held ? HOLD - 1 : 0);
-            assert_int_equal(l.contacts[k].hold_span, sinks ? SPAN : 0);
-            assert_close(l.contacts[k].floor, held || !sinks ? floor : 0.95 * floor, 1e-15);
+            assert_int_equal(l.contacts[k].hold_span, sinks ? span : 0);
+            assert_close(l.contacts[k].floor, held || !sinks ? floor : lowered[i / 3] * floor, 1e-15);
         }
     }
 }
