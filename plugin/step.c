@@ -83,8 +83,8 @@ static void prefetch_island(const pinch_ode *p, const pinch_island *island)
         pinch_prefetch_to_write(pinch_kinematic_body_of(&p->graph, island, k)->body, PINCH_BODY_BYTES);
 }
 
-/* The data of fewer islands fit into the caches. */
-enum { MANY = 64 };
+/* The data of fewer islands, and of fewer bodies, fit into the caches. */
+enum { MANY = 64, MANY_BODIES = 256 };
 
 static void work_on_islands(void *context, int worker, int first, int end)
 {
@@ -414,7 +414,7 @@ static int step_ode(pinch_ode *p, double h)
         pace = fmin(pace, island->joints.pace);
     }
     if (pace < 1) dWorldSetERP(world, pace * erp);
-    if (p->graph.count > MANY) prefetch_lists_of_ode(p);
+    if (p->graph.count > MANY || p->graph.bodies.count > MANY_BODIES) prefetch_lists_of_ode(p);
     int stepped = p->context.settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(world, h) : dWorldStep(world, h);
     if (pace < 1) dWorldSetERP(world, erp);
     for (int k = 0; k < p->graph.count; k++)

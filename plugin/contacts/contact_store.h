@@ -14,6 +14,7 @@
 #include "contacts/surface.h"
 #include "util/block_pool.h"
 #include "util/list.h"
+#include "util/prefetch.h"
 
 #include <threads.h>
 
@@ -173,6 +174,27 @@ pinch_status pinch_sum_load(const pinch_contact_store *store, dGeomID geom, dGeo
 static inline pinch_pair *pinch_island_pair(const pinch_contact_store *store, pinch_range range, int k)
 {
     return &store->pairs.items[store->pairs_by_island.items[range.first + k]];
+}
+
+/* What a pass reads of an island's pairs, besides their points. */
+enum { PINCH_READS_RESULTS = 1, PINCH_READS_OWN_LAWS = 2 };
+
+/* Asks ahead, at the k-th pair of an island, for the pairs that follow, and for what the pass reads of nearer ones. */
+static inline void pinch_prefetch_island_pairs(const pinch_contact_store *store, pinch_range range, int k,
+                                               unsigned reads)
+{
+    enum { PAIRS = 12, POINTS = 8, LAWS = 4 };
+    if (k + PAIRS >= range.count) return;
+    const pinch_pair *next = pinch_island_pair(store, range, k + POINTS);
+    size_t points = (size_t)next->manifold.count;
+    pinch_prefetch(pinch_island_pair(store, range, k + PAIRS), sizeof *next);
+    if (points == 0) return;
+    pinch_prefetch(next->manifold.point, points * sizeof *next->manifold.point);
+    if (reads & PINCH_READS_RESULTS)
+        pinch_prefetch(&store->results.items[next->first_result], points * sizeof *store->results.items);
+    if (!(reads & PINCH_READS_OWN_LAWS) || next->has_material) return;
+    next = pinch_island_pair(store, range, k + LAWS);
+    for (int i = 0; i < next->manifold.count; i++) pinch_prefetch(next->manifold.point[i].own, sizeof(pinch_own_law));
 }
 
 /* Returns the size of the smaller side of a pair, m. */

@@ -292,25 +292,39 @@ static bool is_unchanged(const pinch_pair *pair)
     return pair->unchanged && pair->buffered_count == pair->buffered_before;
 }
 
-enum { AHEAD = 4 };
+enum { AHEAD = 6 };
 
-/* Asks ahead for what updating a pair reads. */
-static void prefetch_pair(const pinch_pair *pair)
+/* Asks ahead for what updating a pair reads, but for the laws of its points. */
+static void prefetch_pair(const pinch_contact_store *store, const pinch_pair *pair)
 {
-    for (int k = 0; k < pair->manifold.count; k++)
-        pinch_prefetch(&pair->manifold.point[k], sizeof *pair->manifold.point);
+    if (pair->manifold.count > 0)
+        pinch_prefetch(pair->manifold.point, (size_t)pair->manifold.count * sizeof *pair->manifold.point);
+    if (pair->first_buffered >= 0) /* mostly they follow each other */
+        pinch_prefetch(&store->buffer.items[pair->first_buffered],
+                       (size_t)pair->buffered_count * sizeof *store->buffer.items);
     for (int side = 0; side < 2; side++) {
         if (pair->id[side]) pinch_prefetch(pair->id[side], 4 * PINCH_CACHE_LINE);
         if (pair->body[side]) pinch_prefetch(pair->body[side], 8 * PINCH_CACHE_LINE);
     }
 }
 
+/* Asks ahead for these. The points have been asked for. */
+static void prefetch_own_laws(const pinch_pair *pair)
+{
+    for (int k = 0; k < pair->manifold.count && !pair->has_material; k++)
+        pinch_prefetch(pair->manifold.point[k].own, sizeof *pair->manifold.point[k].own);
+}
+
 static void update_pairs(void *context, int worker, int first, int end)
 {
     update_task *task = context;
+    pinch_pair *pairs = task->store->pairs.items;
     for (int i = first; i < end; i++) {
-        if (i + AHEAD < end) prefetch_pair(&task->store->pairs.items[i + AHEAD]);
-        pinch_pair *pair = &task->store->pairs.items[i];
+        if (i + AHEAD < end) {
+            prefetch_pair(task->store, &pairs[i + AHEAD]);
+            prefetch_own_laws(&pairs[i + AHEAD / 2]);
+        }
+        pinch_pair *pair = &pairs[i];
         pair->unchanged = is_unchanged(pair);
         if (!pair->unchanged && !update_pair(task, worker, pair)) atomic_store(&task->out_of_memory, true);
     }

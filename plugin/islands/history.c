@@ -247,7 +247,10 @@ static void carry_pairs(void *argument, int first, int end)
     const pinch_step_bodies *bodies = task->bodies;
     const pinch_range pairs = task->island->pairs;
     const double h = task->h;
-    for (int k = first; k < end; k++) carry_pair(contacts, bodies, pinch_island_pair(contacts, pairs, k), h);
+    for (int k = first; k < end; k++) {
+        pinch_prefetch_island_pairs(contacts, pairs, k, PINCH_READS_RESULTS);
+        carry_pair(contacts, bodies, pinch_island_pair(contacts, pairs, k), h);
+    }
 }
 
 void pinch_carry_history(const pinch_step_context *context, pinch_contact_store *contacts,

@@ -196,6 +196,7 @@ static void fill_pairs(void *argument, int first, int end)
     pinch_contact *filled = task->filled;
     for (int i = first; i < end; i++) {
         pinch_pair *pair = pinch_island_pair(contacts, pairs, i);
+        pinch_prefetch_island_pairs(contacts, pairs, i, PINCH_READS_OWN_LAWS);
         pinch_material own;
         int count = pair->manifold.count;
         pair_law law = {.material = NULL, .part = count == 1 ? 1 : 1.0 / count, .share = 0.5, .came_in = 0};

@@ -46,10 +46,14 @@ typedef struct fill_task {
 
 static void fill_bodies(void *argument, int first, int end)
 {
+    enum { AHEAD = 8 };
     const fill_task *task = argument;
-    for (int k = first; k < end; k++)
-        pinch_fill_step_body(task->context, &task->bodies->drives,
-                             pinch_island_body(task->bodies, task->island->bodies, k), &task->problem->bodies[k]);
+    const pinch_range bodies = task->island->bodies;
+    for (int k = first; k < end; k++) {
+        if (k + AHEAD < end) pinch_prefetch_body(pinch_island_body(task->bodies, bodies, k + AHEAD)->body);
+        pinch_fill_step_body(task->context, &task->bodies->drives, pinch_island_body(task->bodies, bodies, k),
+                             &task->problem->bodies[k]);
+    }
 }
 
 static void fill(const pinch_step_context *context, const pinch_contact_store *contacts,

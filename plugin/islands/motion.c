@@ -130,9 +130,12 @@ typedef struct move_task {
 
 static void move_some(void *argument, int first, int end)
 {
+    enum { AHEAD = 4 };
     const move_task *task = argument;
     pinch_step_bodies *bodies = task->bodies;
     for (int k = first; k < end; k++) {
+        if (k + AHEAD < end)
+            pinch_prefetch_to_write(pinch_island_body(bodies, task->island->bodies, k + AHEAD)->body, PINCH_BODY_BYTES);
         int index = bodies->by_island.items[task->island->bodies.first + k];
         if (bodies->items[index].by_pinch)
             move(task->context, bodies->items[index].body, &bodies->inverses.items[index], task->moves);

@@ -62,6 +62,7 @@ static double next_rebound(walk *w)
 {
     const pinch_pair *pair = pinch_island_pair(w->contacts, w->island->pairs, w->pair);
     const pinch_own_law *own = pair->has_material ? NULL : pair->manifold.point[w->point].own;
+    if (w->point == 0) pinch_prefetch_island_pairs(w->contacts, w->island->pairs, w->pair, PINCH_READS_OWN_LAWS);
     if (++w->point == pair->manifold.count) {
         w->point = 0;
         w->pair++;

@@ -152,6 +152,8 @@ static void read_out_pairs(const read_task *task, int first, int end)
     const bool reads = task->reads, adds = task->adds;
     for (int i = first; i < end; i++) {
         const pinch_pair *pair = pinch_island_pair(contacts, pairs, i);
+        pinch_prefetch_island_pairs(contacts, pairs, i,
+                                    reads ? PINCH_READS_RESULTS | PINCH_READS_OWN_LAWS : PINCH_READS_RESULTS);
         for (int k = 0; k < pair->manifold.count; k++) {
             const pinch_contact *c = &problem->contacts[pair->first_in_island + k];
             pinch_ode_contact *out = &contacts->results.items[pair->first_result + k];

@@ -2,7 +2,8 @@
  * Asking for memory before it is needed.
  *
  * Bodies, joints and pairs of many islands do not fit into the caches, and what a step does with an island at rest is
- * little beside waiting for them, one after the other. Asked for ahead they come together. Results do not depend on it.
+ * little beside waiting for them, one after the other. Nor do those of a heap, whose pairs lie in the order in which
+ * they came. Asked for ahead they come together. Results do not depend on it.
  */
 #ifndef PINCH_UTIL_PREFETCH_H
 #define PINCH_UTIL_PREFETCH_H
