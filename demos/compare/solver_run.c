@@ -157,6 +157,7 @@ static void watch_forces(observer *r)
     }
 }
 
+/* Keeps the pose, and measures how far it is from the peer's after the same step. */
 static void watch_divergence(observer *r, const observer *peer)
 {
     double *mine = r->poses[r->w->steps - 1], apart[3];
