@@ -73,11 +73,8 @@ static void prefetch_island(const pinch_ode *p, const pinch_island *island)
         pinch_prefetch_joint(pinch_island_joint(&p->joints, &island->joints, k)->joint);
     for (int i = 0; i < island->pairs.count && !rests; i++) {
         const pinch_pair *pair = pinch_island_pair(&p->contacts, island->pairs, i);
-        const pinch_ode_contact *results = &p->contacts.results.items[pair->first_result];
-        for (int k = 0; k < pair->manifold.count; k++) {
-            pinch_prefetch(&pair->manifold.point[k], sizeof *pair->manifold.point);
-            pinch_prefetch(&results[k], sizeof *results);
-        }
+        pinch_prefetch_points(pair);
+        pinch_prefetch_results(&p->contacts, pair);
     }
     for (int k = 0; k < island->kinematic.count && !rests; k++)
         pinch_prefetch_to_write(pinch_kinematic_body_of(&p->graph, island, k)->body, PINCH_BODY_BYTES);

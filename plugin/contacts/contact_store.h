@@ -176,6 +176,27 @@ static inline pinch_pair *pinch_island_pair(const pinch_contact_store *store, pi
     return &store->pairs.items[store->pairs_by_island.items[range.first + k]];
 }
 
+/* Asks ahead for a pair's points. */
+static inline void pinch_prefetch_points(const pinch_pair *pair)
+{
+    size_t count = (size_t)pair->manifold.count;
+    if (count > 0) pinch_prefetch(pair->manifold.point, count * sizeof *pair->manifold.point);
+}
+
+/* Asks ahead for their results. */
+static inline void pinch_prefetch_results(const pinch_contact_store *store, const pinch_pair *pair)
+{
+    size_t count = (size_t)pair->manifold.count;
+    if (count > 0) pinch_prefetch(&store->results.items[pair->first_result], count * sizeof *store->results.items);
+}
+
+/* Asks ahead for the laws of points that have their own. The points have been asked for before. */
+static inline void pinch_prefetch_own_laws(const pinch_pair *pair)
+{
+    for (int k = 0; k < pair->manifold.count && !pair->has_material; k++)
+        pinch_prefetch(pair->manifold.point[k].own, sizeof *pair->manifold.point[k].own);
+}
+
 /* What a pass reads of an island's pairs, besides their points. */
 enum { PINCH_READS_RESULTS = 1, PINCH_READS_OWN_LAWS = 2 };
 
@@ -186,15 +207,10 @@ static inline void pinch_prefetch_island_pairs(const pinch_contact_store *store,
     enum { PAIRS = 12, POINTS = 8, LAWS = 4 };
     if (k + PAIRS >= range.count) return;
     const pinch_pair *next = pinch_island_pair(store, range, k + POINTS);
-    size_t points = (size_t)next->manifold.count;
     pinch_prefetch(pinch_island_pair(store, range, k + PAIRS), sizeof *next);
-    if (points == 0) return;
-    pinch_prefetch(next->manifold.point, points * sizeof *next->manifold.point);
-    if (reads & PINCH_READS_RESULTS)
-        pinch_prefetch(&store->results.items[next->first_result], points * sizeof *store->results.items);
-    if (!(reads & PINCH_READS_OWN_LAWS) || next->has_material) return;
-    next = pinch_island_pair(store, range, k + LAWS);
-    for (int i = 0; i < next->manifold.count; i++) pinch_prefetch(next->manifold.point[i].own, sizeof(pinch_own_law));
+    pinch_prefetch_points(next);
+    if (reads & PINCH_READS_RESULTS) pinch_prefetch_results(store, next);
+    if (reads & PINCH_READS_OWN_LAWS) pinch_prefetch_own_laws(pinch_island_pair(store, range, k + LAWS));
 }
 
 /* Returns the size of the smaller side of a pair, m. */

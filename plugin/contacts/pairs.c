@@ -297,8 +297,7 @@ enum { AHEAD = 6 };
 /* Asks ahead for what updating a pair reads, but for the laws of its points. */
 static void prefetch_pair(const pinch_contact_store *store, const pinch_pair *pair)
 {
-    if (pair->manifold.count > 0)
-        pinch_prefetch(pair->manifold.point, (size_t)pair->manifold.count * sizeof *pair->manifold.point);
+    pinch_prefetch_points(pair);
     if (pair->first_buffered >= 0) /* mostly they follow each other */
         pinch_prefetch(&store->buffer.items[pair->first_buffered],
                        (size_t)pair->buffered_count * sizeof *store->buffer.items);
@@ -308,21 +307,15 @@ static void prefetch_pair(const pinch_contact_store *store, const pinch_pair *pa
     }
 }
 
-/* Asks ahead for these. The points have been asked for. */
-static void prefetch_own_laws(const pinch_pair *pair)
-{
-    for (int k = 0; k < pair->manifold.count && !pair->has_material; k++)
-        pinch_prefetch(pair->manifold.point[k].own, sizeof *pair->manifold.point[k].own);
-}
-
 static void update_pairs(void *context, int worker, int first, int end)
 {
     update_task *task = context;
     pinch_pair *pairs = task->store->pairs.items;
     for (int i = first; i < end; i++) {
         if (i + AHEAD < end) {
-            prefetch_pair(task->store, &pairs[i + AHEAD]);
-            prefetch_own_laws(&pairs[i + AHEAD / 2]);
+            const pinch_pair *later = &pairs[i + AHEAD], *next = &pairs[i + AHEAD / 2];
+            if (!is_unchanged(later)) prefetch_pair(task->store, later);
+            if (!is_unchanged(next)) pinch_prefetch_own_laws(next);
         }
         pinch_pair *pair = &pairs[i];
         pair->unchanged = is_unchanged(pair);
