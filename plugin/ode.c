@@ -63,6 +63,7 @@ pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings
         free(p);
         return PINCH_OUT_OF_MEMORY;
     }
+    p->body_count = -1;
     p->context.world = world;
     p->context.joint_group = dJointGroupCreate(0);
     p->context.settings = *settings;
@@ -89,6 +90,13 @@ pinch_status pinch_ode_set_stepper(pinch_ode *p, pinch_ode_stepper stepper)
 {
     if (!p || (stepper != PINCH_ODE_WORLDSTEP && stepper != PINCH_ODE_QUICKSTEP)) return PINCH_INVALID_ARGUMENT;
     p->context.settings.stepper = stepper;
+    return PINCH_OK;
+}
+
+pinch_status pinch_ode_set_body_count(pinch_ode *p, int count)
+{
+    if (!p || count < -1) return PINCH_INVALID_ARGUMENT;
+    p->body_count = count;
     return PINCH_OK;
 }
 

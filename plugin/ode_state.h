@@ -17,7 +17,8 @@ struct pinch_ode {
     bool recount_at_rest;   /* the statistics were reset: islands at rest have not been counted yet */
     bool unconverged;       /* an island of this step, see unconverged_steps */
     bool solved;            /* pinch_ode_solve is done, pinch_ode_advance not yet */
-    bool stepped;           /* ODE's step was done; memory may have run out in it */
+    bool stepped;           /* ODE's step was done, or left out; memory may have run out in it */
+    int body_count;         /* of the world, as the program says; -1: not known */
     double world_values[7]; /* of the last step, see watch_world in step.c */
     double last_h;          /* of the last step, s */
 };

@@ -398,6 +398,16 @@ static void prefetch_lists_of_ode(const pinch_ode *p)
         pinch_prefetch_to_write(p->graph.kinematic.items[i].body, PINCH_CACHE_LINE);
 }
 
+/* Would ODE's step do nothing but walk through its lists, because all of its bodies are aside? Where bodies sleep, it
+ * may have to wake some. */
+static bool nothing_left_to_ode(const pinch_ode *p)
+{
+    int aside = 0;
+    if (p->body_count < 0 || p->graph.sleepers) return false;
+    for (int k = 0; k < p->graph.count; k++) aside += p->graph.items[k].aside;
+    return aside == p->body_count;
+}
+
 /* Has ODE step. The joints of islands that it solves in Pinch's place take errors of position back at their pace; those
  * that have the world's ERP set the pace of all joints that do. */
 static int step_ode(pinch_ode *p, double h)
@@ -439,7 +449,7 @@ pinch_status pinch_ode_advance(pinch_ode *p, double h)
     pinch_leave_servos_to_ode(&p->joints.servos, &p->context);
     pinch_leave_couplings_to_ode(&p->joints.couplings, &p->context, &p->graph.bodies);
     for_each_island(p, set_bodies_aside, false);
-    p->stepped = step_ode(p, h);
+    p->stepped = nothing_left_to_ode(p) || step_ode(p, h);
     pinch_read_servos_of_ode(&p->joints.servos);
     pinch_couplings_stepped(&p->joints.couplings);
     pinch_read_fallback_contacts(&p->contacts, &p->graph);

@@ -201,6 +201,7 @@ __attribute__((noinline)) static bool step_with_pinch(bench_world *w)
         const bench_contact *c = &w->contacts[i];
         if (pinch_ode_add_contact(w->pinch, &c->contact, c->body[0], c->body[1]) != PINCH_OK) return false;
     }
+    if (pinch_ode_set_body_count(w->pinch, w->body_count + w->driven_count) != PINCH_OK) return false;
     if (!w->settings.watched) return pinch_ode_step(w->pinch, w->step) == PINCH_OK;
     if (pinch_ode_solve(w->pinch, w->step) != PINCH_OK) return false;
     if (w->watch) w->watch(w->watch_context, w);

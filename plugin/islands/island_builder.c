@@ -267,7 +267,8 @@ bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contac
 {
     if (island_cache_valid(graph, contacts, joints)) {
         pinch_update_kinematic_hinges(joints, context->number);
-        return graph->kinematic.laid_out || pinch_lay_out_motion(graph, contacts); /* a snapshot does not have it */
+        return graph->kinematic.laid_out ||
+               pinch_lay_out_motion(graph, contacts, joints); /* a snapshot does not have it */
     }
     graph->kinematic.laid_out = false;
     keep_references_at_rest(graph, joints, context->number);
@@ -281,5 +282,5 @@ bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contac
     if (!lay_out_contacts(graph, contacts) || !lay_out_joints(graph, joints)) return false;
     lay_out_couplings(graph, joints);
     pinch_carry_resting(graph, contacts);
-    return pinch_lay_out_motion(graph, contacts);
+    return pinch_lay_out_motion(graph, contacts, joints);
 }

@@ -25,7 +25,7 @@ typedef struct pinch_island {
     pinch_range bodies;    /* of bodies.by_island */
     pinch_range pairs;     /* of the contact store's pairs_by_island */
     pinch_range contacts;  /* among all contacts, island by island */
-    pinch_range kinematic; /* of the list kinematic.by_island: those that it is the first to touch */
+    pinch_range kinematic; /* of the list kinematic.by_island: those that are its own */
     pinch_island_joints joints;
     pinch_island_phase phase;
     pinch_status status;     /* of its solve: whether that was legal */
@@ -36,6 +36,7 @@ typedef struct pinch_island {
     bool first_solve_failed; /* the solver asked for did not solve it, whatever solved it later */
     bool skipped_by_ode;     /* reused, and its bodies are disabled while ODE steps, as there is nothing to do */
     bool moved_by_pinch;     /* bodies of it may be: only then each tells whether it is */
+    int aside;               /* bodies of it, kinematic ones included, that are disabled while ODE steps */
     int drive_rows;          /* of its problem, behind those of joints: see drive_limits.c */
     int drives_at_limit;     /* driven fingers that went as fast as such a row lets them */
     bool pushes;             /* it has hard contacts, which push_out.c judges */
@@ -89,12 +90,14 @@ typedef struct pinch_joint_accounts {
     pinch_item_index index; /* by body */
 } pinch_joint_accounts;
 
-/* A kinematic body that islands touch and no drive moves. It belongs to the first of them. */
+/* A kinematic body that islands touch, or that joints tie to them, and no drive moves. It belongs to the first of
+ * them. */
 typedef struct pinch_kinematic_body {
     dBodyID body;
     int island;
-    bool shared;   /* others touch it as well */
-    bool by_pinch; /* as that of a step body */
+    bool shared;    /* others touch it as well, or are tied to it */
+    bool untouched; /* nothing but joints ties it to islands */
+    bool by_pinch;  /* as that of a step body */
 } pinch_kinematic_body;
 
 typedef struct pinch_kinematic_bodies {
@@ -165,9 +168,10 @@ bool pinch_note_resting(pinch_island_graph *graph, const pinch_contact_store *co
 /* carried_rest.c, once all is laid out: islands that are those of the last step, and rested, go on as they were. */
 void pinch_carry_resting(pinch_island_graph *graph, pinch_contact_store *contacts);
 
-/* motion.c: finds the kinematic bodies that the islands touch, and makes room for what moving bodies needs. Returns
- * false when memory runs out. */
-bool pinch_lay_out_motion(pinch_island_graph *graph, const pinch_contact_store *contacts);
+/* motion.c: finds the kinematic bodies of the islands, and makes room for what moving bodies needs. Returns false when
+ * memory runs out. */
+bool pinch_lay_out_motion(pinch_island_graph *graph, const pinch_contact_store *contacts,
+                          const pinch_joint_store *joints);
 void pinch_kinematic_bodies_free(pinch_kinematic_bodies *kinematic);
 size_t pinch_kinematic_bodies_bytes(const pinch_kinematic_bodies *kinematic);
 /* backoff.c */

@@ -4,7 +4,8 @@
  *
  * Geoms are told afterwards, by one thread and in an order that depends on the islands alone: those that are told last
  * come first in simple and hash spaces, and are the first to be tested for contacts. ODE tells geoms as well, those of
- * its newest body first. What it moved in this step comes behind what Pinch moved.
+ * its newest body first. What it moved in this step comes behind what Pinch moved, and so do kinematic bodies that only
+ * joints tie to an island: whoever moves them.
  */
 #include "islands/island_life.h"
 
@@ -32,8 +33,8 @@ size_t pinch_kinematic_bodies_bytes(const pinch_kinematic_bodies *kinematic)
 
 /* ---- layout ---- */
 
-/* Adds a body of a pair where it is kinematic and new. Returns false when memory runs out. */
-static bool add_kinematic(pinch_island_graph *graph, dBodyID body, int island)
+/* Adds a body of a pair, or of a joint, where it is kinematic and new. Returns false when memory runs out. */
+static bool add_kinematic(pinch_island_graph *graph, dBodyID body, int island, bool untouched)
 {
     pinch_kinematic_bodies *all = &graph->kinematic;
     if (!body || !dBodyIsKinematic(body)) return true;
@@ -46,7 +47,7 @@ static bool add_kinematic(pinch_island_graph *graph, dBodyID body, int island)
     if (!PINCH_RESERVE(*all, all->count + 1)) return false;
     keys = PINCH_ITEM_KEYS(*all, pinch_kinematic_body, body);
     if (!pinch_item_index_add(&all->index, keys, &body, all->count)) return false;
-    all->items[all->count++] = (pinch_kinematic_body){.body = body, .island = island};
+    all->items[all->count++] = (pinch_kinematic_body){.body = body, .island = island, .untouched = untouched};
     graph->items[island].kinematic.count++;
     return true;
 }
@@ -61,7 +62,21 @@ static bool make_room_for_inverses(pinch_step_bodies *bodies)
     return true;
 }
 
-bool pinch_lay_out_motion(pinch_island_graph *graph, const pinch_contact_store *contacts)
+/* Adds the kinematic bodies that an island's joints tie to it, as the base of a hand is. Returns false when memory runs
+ * out. */
+static bool add_kinematic_of_joints(pinch_island_graph *graph, const pinch_joint_store *joints, int island)
+{
+    const pinch_island_joints *own = &graph->items[island].joints;
+    for (int j = 0; j < own->range.count; j++) {
+        const pinch_step_joint *joint = pinch_island_joint(joints, own, j);
+        for (int side = 0; side < 2; side++)
+            if (!add_kinematic(graph, dJointGetBody(joint->joint, side), island, true)) return false;
+    }
+    return true;
+}
+
+bool pinch_lay_out_motion(pinch_island_graph *graph, const pinch_contact_store *contacts,
+                          const pinch_joint_store *joints)
 {
     pinch_kinematic_bodies *all = &graph->kinematic;
     int end = 0;
@@ -71,8 +86,10 @@ bool pinch_lay_out_motion(pinch_island_graph *graph, const pinch_contact_store *
     for (int i = 0; i < contacts->pairs.count; i++) {
         const pinch_pair *pair = &contacts->pairs.items[i];
         for (int side = 0; side < 2 && pair->manifold.count > 0; side++)
-            if (pair->step_body[side] < 0 && !add_kinematic(graph, pair->body[side], pair->island)) return false;
+            if (pair->step_body[side] < 0 && !add_kinematic(graph, pair->body[side], pair->island, false)) return false;
     }
+    for (int k = 0; k < graph->count; k++)
+        if (!add_kinematic_of_joints(graph, joints, k)) return false;
     if (!PINCH_RESERVE(all->by_island, all->count) || !make_room_for_inverses(&graph->bodies)) return false;
     for (int k = 0; k < graph->count; k++) {
         pinch_range *range = &graph->items[k].kinematic;
@@ -96,22 +113,34 @@ static bool has_few_joints(dBodyID body)
     return dBodyGetNumJoints(body) <= FEW;
 }
 
+/* Of what rests, ODE is to see driven bodies alone. */
+static int resting_bodies(const pinch_step_bodies *bodies, const pinch_island *island)
+{
+    int count = island->bodies.count;
+    for (int k = 0; k < island->bodies.count && bodies->drives.count > 0; k++)
+        count -= pinch_island_body(bodies, island->bodies, k)->drive >= 0;
+    return count;
+}
+
 void pinch_set_bodies_aside(const pinch_step_context *context, pinch_island_graph *graph, pinch_island *island)
 {
     bool moves = context->settings.move_bodies && !context->settings.ode_solves;
     bool all_forces = moves && pinch_island_is_solved(island) && !island->skipped_by_ode && !island->may_sleep;
     bool alone = island->joints.by_pinch && island->joints.alone;
     island->moved_by_pinch = all_forces;
+    island->aside = island->skipped_by_ode ? resting_bodies(&graph->bodies, island) : 0;
     for (int k = 0; k < island->bodies.count && all_forces; k++) {
         pinch_step_body *b = pinch_island_body(&graph->bodies, island->bodies, k);
         b->by_pinch = alone ? pinch_body_stays_awake(b->body) : pinch_body_moves_alone(b->body, pinch_first_joint(b));
         if (b->by_pinch) dBodyDisable(b->body);
+        island->aside += b->by_pinch;
     }
     for (int k = 0; k < island->kinematic.count; k++) {
         pinch_kinematic_body *b = pinch_kinematic_body_of(graph, island, k);
         b->by_pinch =
             moves && dBodyIsKinematic(b->body) && has_few_joints(b->body) && pinch_body_moves_alone(b->body, 0);
         if (b->by_pinch) dBodyDisable(b->body);
+        island->aside += b->by_pinch;
     }
 }
 
@@ -166,7 +195,7 @@ static void for_each_moved(const pinch_island_graph *graph, const pinch_island *
 {
     for (int k = island->kinematic.count - 1; k >= 0; k--) {
         const pinch_kinematic_body *b = pinch_kinematic_body_of(graph, island, k);
-        if (b->by_pinch) work(b->body);
+        if (b->by_pinch && !b->untouched) work(b->body);
     }
     for (int k = island->bodies.count - 1; k >= 0 && island->moved_by_pinch; k--) {
         const pinch_step_body *b = pinch_island_body(&graph->bodies, island->bodies, k);
@@ -192,6 +221,10 @@ static void prefetch_geom(dBodyID body)
 
 void pinch_tell_geoms_of_islands(const pinch_island_graph *graph, bool ahead)
 {
+    for (int i = graph->kinematic.count - 1; i >= 0; i--) {
+        const pinch_kinematic_body *b = &graph->kinematic.items[i];
+        if (b->by_pinch && b->untouched) pinch_tell_geoms(b->body);
+    }
     for (int k = graph->count - 1; k >= 0; k--) {
         if (ahead && k >= 2) for_each_moved(graph, &graph->items[k - 2], prefetch_place);
         if (ahead && k >= 1) for_each_moved(graph, &graph->items[k - 1], prefetch_geom);

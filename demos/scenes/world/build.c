@@ -214,6 +214,7 @@ static world_status build(world *w)
     for (size_t i = 0; i < s->environment_count && status == WORLD_OK; i++)
         status = add_environment(w, &s->environment[i]);
     for (size_t i = 0; i < s->hand_count && status == WORLD_OK; i++) status = world_add_hand(w, (int)i);
+    if (w->plugin) (void)pinch_ode_set_body_count(w->plugin, w->body_count);
     return status;
 }
 

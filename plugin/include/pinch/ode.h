@@ -114,10 +114,11 @@ typedef struct pinch_ode_settings {
                           * measuring what a solve costs. Default false */
     bool move_bodies;    /* true (default): bodies that ODE would only integrate are moved by Pinch, as under ODE, to
                           * the bit, and the threads share the work. Pinch has found all forces on them, or they are
-                          * kinematic and touch something. ODE does not see them in its step: their moved callbacks
-                          * (dBodySetMovedCallback) are not called, and to those of others they are disabled. Bodies
-                          * that may go to sleep or have an enabled joint that Pinch has not solved are ODE's in any
-                          * case. False: ODE moves all bodies but those of islands at rest */
+                          * kinematic and touch something, or joints tie them to what does. ODE does not see them in
+                          * its step: their moved callbacks (dBodySetMovedCallback) are not called, and to those of
+                          * others they are disabled. Bodies that may go to sleep or have an enabled joint that Pinch
+                          * has not solved are ODE's in any case. False: ODE moves all bodies but those of islands at
+                          * rest */
     int manifold_points; /* of one pair of geoms, at most; 1 to 8, default 8 */
     bool keep_islands;   /* true: what was solved stays until the next step, for pinch_ode_read_island and
                           * pinch_ode_contact_energy; some 700 bytes a contact. Default false */
@@ -216,6 +217,15 @@ PINCH_API pinch_status pinch_ode_add_body(pinch_ode *plugin, dBodyID body);
 
 /* Which of ODE's steps the next ones run; see pinch_ode_settings.stepper. */
 PINCH_API pinch_status pinch_ode_set_stepper(pinch_ode *plugin, pinch_ode_stepper stepper);
+
+/*
+ * Tells how many bodies the world has, kinematic and disabled ones included; -1, as at first: nobody knows. In a step in
+ * which Pinch moves all of them, or has them at rest, ODE's own step would only walk through its lists, and is left out:
+ * a tenth of the step of one grasp, and the part of many grasps that threads do not share. To be called whenever bodies
+ * have been made or destroyed. With a number below the world's, bodies that only ODE moves may stand still; with one
+ * above it, ODE always steps. PINCH_INVALID_ARGUMENT for numbers below -1.
+ */
+PINCH_API pinch_status pinch_ode_set_body_count(pinch_ode *plugin, int count);
 
 /*
  * One step of h seconds (> 0), instead of dWorldStep or dWorldQuickStep. Stiff contacts climb the ladder of compliance
