@@ -219,11 +219,11 @@ PINCH_API pinch_status pinch_ode_add_body(pinch_ode *plugin, dBodyID body);
 PINCH_API pinch_status pinch_ode_set_stepper(pinch_ode *plugin, pinch_ode_stepper stepper);
 
 /*
- * Tells how many bodies the world has, kinematic and disabled ones included; -1, as at first: nobody knows. In a step in
- * which Pinch moves all of them, or has them at rest, ODE's own step would only walk through its lists, and is left out:
- * a tenth of the step of one grasp, and the part of many grasps that threads do not share. To be called whenever bodies
- * have been made or destroyed. With a number below the world's, bodies that only ODE moves may stand still; with one
- * above it, ODE always steps. PINCH_INVALID_ARGUMENT for numbers below -1.
+ * Tells how many bodies the world has, kinematic and disabled ones included; -1, as at first: nobody knows. In a step
+ * in which Pinch moves all of them, or has them at rest, ODE's own step would only walk through its lists, and is left
+ * out: a tenth of the step of one grasp, and the part of many grasps that threads do not share. To be called whenever
+ * bodies have been made or destroyed. With a number below the world's, bodies that only ODE moves may stand still; with
+ * one above it, ODE always steps. PINCH_INVALID_ARGUMENT for numbers below -1.
  */
 PINCH_API pinch_status pinch_ode_set_body_count(pinch_ode *plugin, int count);
 
