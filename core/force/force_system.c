@@ -71,7 +71,7 @@ static void set_contact(pinch_force_element *e, double h, double floor, const do
     const pinch_contact *c = e->contact;
     int rows = e->rows;
     double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE), *b = pinch_force_values(e, PINCH_FORCE_B);
-    double prescribed[PINCH_CONTACT_ROWS_MAX], least[PINCH_CONTACT_ROWS_MAX], elastic[5];
+    double prescribed[PINCH_CONTACT_ROWS_MAX], least[PINCH_CONTACT_ROWS_MAX] = {0}, elastic[5];
     for (int i = 0; i < rows; i++) {
         prescribed[i] = pinch_force_prescribed(c, h, i);
         least[i] = c->may_soften ? floor * h * inertia[i] : 0;
