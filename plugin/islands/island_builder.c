@@ -267,7 +267,7 @@ bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contac
 {
     if (island_cache_valid(graph, contacts, joints)) {
         pinch_update_kinematic_hinges(joints, context->number);
-        return graph->kinematic.laid_out ||
+        return pinch_motion_is_laid_out(&graph->kinematic) ||
                pinch_lay_out_motion(graph, contacts, joints); /* a snapshot does not have it */
     }
     graph->kinematic.laid_out = false;

@@ -95,9 +95,10 @@ typedef struct pinch_joint_accounts {
 typedef struct pinch_kinematic_body {
     dBodyID body;
     int island;
-    bool shared;    /* others touch it as well, or are tied to it */
-    bool untouched; /* nothing but joints ties it to islands */
-    bool by_pinch;  /* as that of a step body */
+    bool shared;   /* others touch it as well, or are tied to it */
+    dJointID tie;  /* where nothing touches it: the first joint that ties it to its island; NULL: it is touched */
+    int side;      /* of that joint */
+    bool by_pinch; /* as that of a step body */
 } pinch_kinematic_body;
 
 typedef struct pinch_kinematic_bodies {
@@ -172,6 +173,8 @@ void pinch_carry_resting(pinch_island_graph *graph, pinch_contact_store *contact
  * memory runs out. */
 bool pinch_lay_out_motion(pinch_island_graph *graph, const pinch_contact_store *contacts,
                           const pinch_joint_store *joints);
+/* Tells whether it has been done for these islands, and joints still tie the kinematic bodies that they tied. */
+bool pinch_motion_is_laid_out(const pinch_kinematic_bodies *kinematic);
 void pinch_kinematic_bodies_free(pinch_kinematic_bodies *kinematic);
 size_t pinch_kinematic_bodies_bytes(const pinch_kinematic_bodies *kinematic);
 /* backoff.c */

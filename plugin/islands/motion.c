@@ -33,8 +33,9 @@ size_t pinch_kinematic_bodies_bytes(const pinch_kinematic_bodies *kinematic)
 
 /* ---- layout ---- */
 
-/* Adds a body of a pair, or of a joint, where it is kinematic and new. Returns false when memory runs out. */
-static bool add_kinematic(pinch_island_graph *graph, dBodyID body, int island, bool untouched)
+/* Adds a body of a pair, or that side of the joint `tie`, where it is kinematic and new. Returns false when memory runs
+ * out. */
+static bool add_kinematic(pinch_island_graph *graph, dBodyID body, int island, dJointID tie, int side)
 {
     pinch_kinematic_bodies *all = &graph->kinematic;
     if (!body || !dBodyIsKinematic(body)) return true;
@@ -47,7 +48,7 @@ static bool add_kinematic(pinch_island_graph *graph, dBodyID body, int island, b
     if (!PINCH_RESERVE(*all, all->count + 1)) return false;
     keys = PINCH_ITEM_KEYS(*all, pinch_kinematic_body, body);
     if (!pinch_item_index_add(&all->index, keys, &body, all->count)) return false;
-    all->items[all->count++] = (pinch_kinematic_body){.body = body, .island = island, .untouched = untouched};
+    all->items[all->count++] = (pinch_kinematic_body){.body = body, .island = island, .tie = tie, .side = side};
     graph->items[island].kinematic.count++;
     return true;
 }
@@ -70,9 +71,22 @@ static bool add_kinematic_of_joints(pinch_island_graph *graph, const pinch_joint
     for (int j = 0; j < own->range.count; j++) {
         const pinch_step_joint *joint = pinch_island_joint(joints, own, j);
         for (int side = 0; side < 2; side++)
-            if (!add_kinematic(graph, dJointGetBody(joint->joint, side), island, true)) return false;
+            if (joint->body[side] < 0 &&
+                !add_kinematic(graph, dJointGetBody(joint->joint, side), island, joint->joint, side))
+                return false;
     }
     return true;
+}
+
+/* Islands are the same when a joint ties another kinematic body than before, or none, as when that has been destroyed:
+ * so bodies are asked for at their joints, which are still there. */
+bool pinch_motion_is_laid_out(const pinch_kinematic_bodies *kinematic)
+{
+    for (int i = 0; i < kinematic->count && kinematic->laid_out; i++) {
+        const pinch_kinematic_body *b = &kinematic->items[i];
+        if (b->tie && dJointGetBody(b->tie, b->side) != b->body) return false;
+    }
+    return kinematic->laid_out;
 }
 
 bool pinch_lay_out_motion(pinch_island_graph *graph, const pinch_contact_store *contacts,
@@ -86,7 +100,8 @@ bool pinch_lay_out_motion(pinch_island_graph *graph, const pinch_contact_store *
     for (int i = 0; i < contacts->pairs.count; i++) {
         const pinch_pair *pair = &contacts->pairs.items[i];
         for (int side = 0; side < 2 && pair->manifold.count > 0; side++)
-            if (pair->step_body[side] < 0 && !add_kinematic(graph, pair->body[side], pair->island, false)) return false;
+            if (pair->step_body[side] < 0 && !add_kinematic(graph, pair->body[side], pair->island, NULL, 0))
+                return false;
     }
     for (int k = 0; k < graph->count; k++)
         if (!add_kinematic_of_joints(graph, joints, k)) return false;
@@ -195,7 +210,7 @@ static void for_each_moved(const pinch_island_graph *graph, const pinch_island *
 {
     for (int k = island->kinematic.count - 1; k >= 0; k--) {
         const pinch_kinematic_body *b = pinch_kinematic_body_of(graph, island, k);
-        if (b->by_pinch && !b->untouched) work(b->body);
+        if (b->by_pinch && !b->tie) work(b->body);
     }
     for (int k = island->bodies.count - 1; k >= 0 && island->moved_by_pinch; k--) {
         const pinch_step_body *b = pinch_island_body(&graph->bodies, island->bodies, k);
@@ -223,7 +238,7 @@ void pinch_tell_geoms_of_islands(const pinch_island_graph *graph, bool ahead)
 {
     for (int i = graph->kinematic.count - 1; i >= 0; i--) {
         const pinch_kinematic_body *b = &graph->kinematic.items[i];
-        if (b->by_pinch && b->untouched) pinch_tell_geoms(b->body);
+        if (b->by_pinch && b->tie) pinch_tell_geoms(b->body);
     }
     for (int k = graph->count - 1; k >= 0; k--) {
         if (ahead && k >= 2) for_each_moved(graph, &graph->items[k - 2], prefetch_place);
