@@ -48,9 +48,9 @@ products_in_fours(bool subtract, int count, const double *const a[], const doubl
             __m128d last = _mm_loadu_pd(b[p] + N * l + 4);
 #pragma GCC unroll 6
             for (int i = 0; i < N; i++) {
-                double f = a[p][N * i + l];
-                __m256d product = _mm256_mul_pd(_mm256_set1_pd(f), right);
-                __m128d other = _mm_mul_pd(_mm_set1_pd(f), last);
+                __m256d f = _mm256_broadcast_sd(&a[p][N * i + l]);
+                __m256d product = _mm256_mul_pd(f, right);
+                __m128d other = _mm_mul_pd(_mm256_castpd256_pd128(f), last);
                 row[i] = subtract ? _mm256_sub_pd(row[i], product) : _mm256_add_pd(row[i], product);
                 rest[i] = subtract ? _mm_sub_pd(rest[i], other) : _mm_add_pd(rest[i], other);
             }
