@@ -16,6 +16,8 @@ static const double FOR_A_SWEEP = 8;
 enum { LEAST_STEPS = 10, MOST_STEPS = 40 };
 /* The resistance R of a row, as a part of C + h W; the change in a step, as a part of the forces, that ends it. */
 static const double RESISTANCE = 3e-3, SETTLED = 3e-4;
+/* What a solve may leave of its right hand side. */
+static const double EXACTNESS = 1e-4;
 
 /* Of an element: y, the force that its law allows, is in r; l and f of (74). l stands where the conductance stood. */
 static const pinch_force_value DUAL = PINCH_FORCE_START, PULL = PINCH_FORCE_CHANGE;
@@ -117,7 +119,7 @@ bool pinch_force_split(pinch_arena *arena, pinch_force_system *s, bool *done)
         pinch_force_add_impulses(s, PULL, NULL, rhs);
         if (step > 0)
             pinch_force_solve_again(s);
-        else if (!pinch_force_solve_for_rhs(s, 0))
+        else if (!pinch_force_solve_for_rhs(arena, s, EXACTNESS))
             return true;
         else
             pinch_loop(s->crew, s->element_count, clear_duals, s);

@@ -14,6 +14,7 @@
  *     force_passes.c        the passes that joint rows need which depend on each other, equation (54)
  *     force_conductance.c   one contact eliminated from a Newton step, equation (26)
  *     force_linear.c        the linear system of the bodies that is left, equation (27)
+ *     force_assembly.c      its matrix
  *     force_bicgstab.c      its iteration where factors would fill in too much
  *     force_result.c        the answer, as the problem wants it
  */
@@ -148,10 +149,12 @@ typedef struct pinch_force_system {
     int block_count;                  /* the clusters, and behind them the joints, of up to six multipliers each */
     int *block_size, *block_first;    /* per block: its unknowns, and the first of them */
     double *rhs, *rhs_kept, *elements_kept; /* the last two: before multipliers were added */
+    double *refined;                        /* where lu.single: the right hand side, and the solution */
     struct pinch_force_bounds *bounds;      /* NULL where no multiplier has any */
     double *krylov;                         /* six vectors and what the split needs, where `iterative` */
     double work, budget;                    /* as pinch_solver_settings.budget: so far, and at most */
     bool given_up;                          /* an approximation is better than what it would go on to */
+    bool needs_double;                      /* factors in single precision have failed */
     bool too_large;                         /* a complete factorization is not within the budget */
     bool stands;                            /* with the answer at hand no body sinks far */
     bool begins;                            /* no step has been taken since the warm start */
@@ -436,15 +439,26 @@ bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *system, do
 double *pinch_force_clear_rhs(pinch_arena *arena, pinch_force_system *system);
 
 /* Does without multipliers what pinch_force_solve_linear does, with conductances, which are diagonal, and right hand
- * side as they are, and leaves dq in the place of the latter. Returns false where there is none. */
-bool pinch_force_solve_for_rhs(pinch_force_system *system, double exactness);
+ * side as they are, and leaves dq in the place of the latter; `exactness` is the part of that side which may be left.
+ * Returns false where there is none. */
+bool pinch_force_solve_for_rhs(pinch_arena *arena, pinch_force_system *system, double exactness);
 
-/* Does so for another right-hand side, with the factors of that solve, where it had any. */
+/* Does so for another right-hand side, with the factors of that solve, where it had any, and as exactly as these are:
+ * single precision leaves some millionths. */
 void pinch_force_solve_again(pinch_force_system *system);
 
 /* Plans complete factors in place of an iteration that has failed. Returns false where these are not within the budget,
  * there was no iteration, or memory ran out. */
 bool pinch_force_stop_iterating(pinch_arena *arena, pinch_force_system *system);
+
+/* force_assembly.c */
+
+/* Assembles the matrix from the conductances, but for the multipliers, which are added to it then. */
+void pinch_force_assemble_elements(pinch_force_system *system);
+void pinch_force_add_multipliers(pinch_force_system *system);
+
+/* Does residual = rhs - A x with the matrix A of free bodies, block by block, not as it was assembled but exactly. */
+void pinch_force_find_residual(const pinch_force_system *system, const double *rhs, const double *x, double *residual);
 
 /*
  * force_bicgstab.c: puts x of (I + h sum G^T D G) x = rhs in the place of rhs, from what pinch_block_dilu_split made of

@@ -181,7 +181,7 @@ static double minimize(pinch_arena *arena, pinch_force_system *s, int limit, int
             if (gradient <= DONE) return gradient;
         }
         if (!isfinite(gradient)) return INFINITY;
-        if (pinch_force_solve_for_rhs(s, EXACTNESS)) {
+        if (pinch_force_solve_for_rhs(arena, s, EXACTNESS)) {
             find_changes(s, dq);
             take_step(s, dq, length_of_step(s, dq));
             since++;

@@ -1,16 +1,24 @@
 #include "support/block_lu.h"
 
 #include "support/await.h"
-#include "support/blocks.h"
 #include "support/lu.h"
 
+#include <stdint.h>
 #include <string.h>
 
-enum { BODY = 6, LONGEST_RUN = 8 }; /* unknowns of a free body; blocks */
+enum { BODY = 6, LONGEST_RUN = PINCH_BLOCK_LU_RUN }; /* unknowns of a free body; blocks */
 
 static inline int later_of(const pinch_block_lu *lu, int k)
 {
     return lu->later_start[k + 1] - lu->later_start[k];
+}
+
+/* Rows of single precision lie in one line of the cache. */
+static float *aligned_singles(pinch_arena *arena, size_t count)
+{
+    enum { LINE = 64 };
+    float *all = PINCH_ARENA_ARRAY(arena, float, count + LINE / sizeof(float));
+    return all ? (float *)(((uintptr_t)all + LINE - 1) & ~(uintptr_t)(LINE - 1)) : NULL;
 }
 
 static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
@@ -29,16 +37,17 @@ static bool place_blocks(pinch_arena *arena, pinch_block_lu *lu, int entries)
     for (int k = 0; k < n; k++) {
         size_t mine = (size_t)lu->size[lu->order[k]];
         lu->diagonal[k] = diagonals;
-        diagonals += mine * mine;
+        diagonals += lu->single ? PINCH_SINGLE_BLOCK : mine * mine;
         for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
             lu->lower[e] = lowers;
-            lowers += mine * (size_t)lu->size[lu->order[lu->later[e]]];
+            lowers += lu->single ? PINCH_SINGLE_BLOCK : mine * (size_t)lu->size[lu->order[lu->later[e]]];
         }
     }
     for (int e = 0; e < entries; e++) lu->lower[e] += diagonals;
     lu->to_upper = lowers;
     lu->value_count = diagonals + 2 * lowers;
-    lu->values = PINCH_ARENA_ARRAY(arena, double, lu->value_count + 1);
+    lu->values = lu->single ? NULL : PINCH_ARENA_ARRAY(arena, double, lu->value_count + 1);
+    lu->singles = lu->single ? aligned_singles(arena, lu->value_count) : NULL;
     lu->pivot = PINCH_ARENA_ARRAY(arena, int, lu->first[n] + 1);
     lu->scratch = PINCH_ARENA_ARRAY(arena, double, largest *(largest + 1) + 1);
     return !arena->failed;
@@ -69,8 +78,8 @@ static double cost_of(const pinch_block_order *order, const int *size, int count
     return sum / UNIT;
 }
 
-bool pinch_block_lu_plan(pinch_arena *arena, const pinch_block_graph *graph, const int *size, double limit,
-                         pinch_block_order_memory *memory, pinch_block_lu *lu)
+static bool plan_in(bool single, pinch_arena *arena, const pinch_block_graph *graph, const int *size, double limit,
+                    pinch_block_order_memory *memory, pinch_block_lu *lu)
 {
     pinch_block_order order;
     if (!pinch_block_order_make(arena, graph, limit, memory, &order)) return false;
@@ -79,6 +88,8 @@ bool pinch_block_lu_plan(pinch_arena *arena, const pinch_block_graph *graph, con
     lu->early = graph->early;
     lu->incomplete = order.without_fill;
     lu->symmetric = false;
+    lu->single = single && !lu->incomplete;
+    lu->width = pinch_widest();
     lu->size = size;
     lu->order = order.order;
     lu->place = order.place;
@@ -89,9 +100,25 @@ bool pinch_block_lu_plan(pinch_arena *arena, const pinch_block_graph *graph, con
     return place_blocks(arena, lu, order.entries) && (lu->incomplete || find_runs(arena, lu));
 }
 
+bool pinch_block_lu_plan(pinch_arena *arena, const pinch_block_graph *graph, const int *size, double limit,
+                         pinch_block_order_memory *memory, pinch_block_lu *lu)
+{
+    return plan_in(false, arena, graph, size, limit, memory, lu);
+}
+
+bool pinch_block_lu_plan_single(pinch_arena *arena, const pinch_block_graph *graph, const int *size, double limit,
+                                pinch_block_order_memory *memory, pinch_block_lu *lu)
+{
+    return plan_in(true, arena, graph, size, limit, memory, lu);
+}
+
 static void clear_range(const pinch_block_lu *lu, size_t first, size_t end)
 {
-    if (first < end) memset(lu->values + first, 0, sizeof(double) * (end - first));
+    if (first >= end) return;
+    if (lu->single)
+        memset(lu->singles + first, 0, sizeof(float) * (end - first));
+    else
+        memset(lu->values + first, 0, sizeof(double) * (end - first));
 }
 
 void pinch_block_lu_clear_part(pinch_block_lu *lu, size_t first, size_t end)
@@ -124,12 +151,12 @@ static int entry_of(const pinch_block_lu *lu, int k, int place)
     return low;
 }
 
-double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column)
+size_t pinch_block_lu_offset(const pinch_block_lu *lu, int row, int column)
 {
     int r = lu->place[row], c = lu->place[column];
-    if (r == c) return lu->values + lu->diagonal[r];
-    if (r < c) return pinch_block_lu_upper(lu, entry_of(lu, r, c));
-    return lu->values + lu->lower[entry_of(lu, c, r)];
+    if (r == c) return lu->diagonal[r];
+    if (r < c) return lu->lower[entry_of(lu, r, c)] + lu->to_upper;
+    return lu->lower[entry_of(lu, c, r)];
 }
 
 /*
@@ -139,6 +166,10 @@ double *pinch_block_lu_at(const pinch_block_lu *lu, int row, int column)
  */
 static inline void update_row(const pinch_block_lu *lu, int k, int count, int later)
 {
+    if (lu->single) {
+        pinch_block_lu_single_update_row(lu, k, count, later);
+        return;
+    }
     const double *left[LONGEST_RUN], *right[LONGEST_RUN], *lower[LONGEST_RUN], *upper[LONGEST_RUN];
     int entry = lu->later_start[k + count] - later, mine = lu->size[lu->order[k]];
     int i = lu->later[entry], rows = lu->size[lu->order[i]];
@@ -189,6 +220,7 @@ static inline void transpose(const pinch_block_lu *lu, int e, int rows, int colu
 /* Factors the k-th diagonal block, and forms U_kj = A_kk^-1 A_kj. Returns false when a pivot is none. */
 static inline bool factor_own(const pinch_block_lu *lu, int k, double *scratch)
 {
+    if (lu->single) return pinch_block_lu_single_factor_own(lu, k);
     int block = lu->order[k], mine = lu->size[block], *pivot = lu->pivot + lu->first[block];
     double *diagonal = lu->values + lu->diagonal[k];
     bool early = is_inverted(lu, block), identity = early && is_identity(mine, diagonal);
@@ -211,6 +243,10 @@ static inline bool factor_own(const pinch_block_lu *lu, int k, double *scratch)
 /* x_k = A_kk^-1 x_k */
 static inline void solve_own(const pinch_block_lu *lu, int k, double *negative, double *x)
 {
+    if (lu->single) {
+        pinch_block_lu_single_solve_own(lu, k, x);
+        return;
+    }
     int block = lu->order[k], mine = lu->size[block];
     double *part = x + lu->first[block];
     if (!is_inverted(lu, block)) {
@@ -227,6 +263,10 @@ static inline void solve_own(const pinch_block_lu *lu, int k, double *negative, 
 /* x_i -= A_ik x_k, i being that of the entry a */
 static inline void subtract_earlier(const pinch_block_lu *lu, int k, int a, double *x)
 {
+    if (lu->single) {
+        pinch_block_lu_single_subtract_earlier(lu, k, a, x);
+        return;
+    }
     int block = lu->order[k], other = lu->order[lu->later[a]];
     pinch_block_subtract_applied(lu->size[other], lu->size[block], lu->values + lu->lower[a], x + lu->first[block],
                                  x + lu->first[other]);
@@ -235,6 +275,10 @@ static inline void subtract_earlier(const pinch_block_lu *lu, int k, int a, doub
 /* x_k -= U_kj x_j for all j */
 static inline void subtract_later(const pinch_block_lu *lu, int k, double *x)
 {
+    if (lu->single) {
+        pinch_block_lu_single_subtract_later(lu, k, x);
+        return;
+    }
     int block = lu->order[k];
     for (int e = lu->later_start[k]; e < lu->later_start[k + 1]; e++) {
         int other = lu->order[lu->later[e]];

@@ -62,4 +62,30 @@ bool pinch_wide_subtract_products(pinch_width width, int count, const double *co
 /* Does c = a b. */
 bool pinch_wide_product(pinch_width width, const double *a, const double *b, double *c);
 
+/*
+ * blocks_single.c: blocks of bodies, 6 x 6, in single precision: half of the memory, and twice as many numbers in a
+ * register. Rows are as long as such a register, with two zeros at their ends: where rows overlap in registers, what
+ * has just been written is read late. `width` is at most pinch_widest(); no bit depends on it.
+ */
+enum { PINCH_SINGLE_ROW = 8, PINCH_SINGLE_BLOCK = 6 * PINCH_SINGLE_ROW };
+
+/* For all b < blocks, does to[b] -= sum of left[p]^T right[p][b], p < count; right[p] has that many blocks. */
+void pinch_single_subtract_products(pinch_width width, int count, const float *const left[], const float *const right[],
+                                    int blocks, float *const to[]);
+
+/* Does b = a b. */
+void pinch_single_multiply(pinch_width width, const float *restrict a, float *restrict b);
+
+/* Does a = a^-1, as pinch_block_invert. */
+bool pinch_single_invert(float *a);
+
+/* Does x -= sum of a[e] y[e], e < count, in double precision. */
+void pinch_single_subtract_applied(pinch_width width, int count, const float *a, const double *const y[], double *x);
+
+/* Does x -= a^T y, in double precision. */
+void pinch_single_subtract_transposed(pinch_width width, const float *a, const double *y, double *x);
+
+/* Does to += left^T D right, left and right being 3 x 6. */
+void pinch_single_add_contact(pinch_width width, const double *left, const double d[9], const double *right, float *to);
+
 #endif
