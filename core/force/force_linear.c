@@ -10,15 +10,15 @@
 #include <string.h>
 
 /* A complete factorization is given up for an iteration where it takes more products of blocks than this many times
- * what the matrix has of blocks and contacts. */
-static const double WORTH_ITERATING = 20;
+ * what the matrix has of blocks and contacts; the second is for those in single precision. */
+static const double WORTH_ITERATING = 20, WORTH_IN_SINGLE = 40;
 /* A complete factorization has to leave room in the budget for a few more of its kind. */
 static const double PART_OF_BUDGET = 0.125, WORK_OF_ELEMENT = 6; /* in a Newton step, its evaluations included */
 static const double PRODUCT = 216;                               /* of blocks, in multiplications */
 static const double LEAST_EXACT = 1e-3, MOST_EXACT = 1e-7, END = 2e-13;
 /* Factors in single precision leave this much of the right hand side at most, as one more Newton step would take longer
  * than refining; and a product of theirs takes this part of one in double precision. */
-static const double EXACT = 1e-9, SINGLE_PRODUCT = 0.5;
+static const double EXACT = 1e-9, SINGLE_PRODUCT = 0.3;
 
 static void add_edge(int *edge, int *edges, int from, int to)
 {
@@ -118,10 +118,11 @@ static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
     pinch_block_graph graph = {s->block_count, clusters, coupled_pairs(s, edge), edge};
     /* what multipliers couple needs pivots that only a complete factorization has */
     bool needed = complete || s->multiplier_count > 0;
-    double worth = WORTH_ITERATING * (clusters + 2 * edges + s->element_count);
+    bool single = may_be_single(s);
+    double worth = (single ? WORTH_IN_SINGLE : WORTH_ITERATING) * (clusters + 2 * edges + s->element_count);
     double limit = needed ? most_products(s) : fmax(worth, s->split_products);
-    bool planned = may_be_single(s) ? pinch_block_lu_plan_single(arena, &graph, s->block_size, limit, s->orders, &s->lu)
-                                    : pinch_block_lu_plan(arena, &graph, s->block_size, limit, s->orders, &s->lu);
+    bool planned = single ? pinch_block_lu_plan_single(arena, &graph, s->block_size, limit, s->orders, &s->lu)
+                          : pinch_block_lu_plan(arena, &graph, s->block_size, limit, s->orders, &s->lu);
     if (!planned) return false;
     s->refined = s->lu.single ? PINCH_ARENA_ARRAY(arena, double, 2 * s->block_first[s->block_count]) : NULL;
     if (!pinch_force_plan_bounds(arena, s)) return false;
