@@ -35,7 +35,7 @@ static void numbers_for_people(void **state)
                         "--max-iterations", "3"));
     assert_no_nan(PINCH(NULL, "solve", SCENE("example-1.json"), "--at-end"));
     assert_no_nan(PINCH(NULL, "compare", SCENE("twist.json"), "--duration", "0", "--samples", "0"));
-    assert_no_nan(PINCH(NULL, "bench", "pile", "--max-size", "60", "--budget", "0.02"));
+    assert_no_nan(PINCH(NULL, "bench", "pyramid", "--max-size", "55", "--budget", "0.02"));
     assert_no_nan(PINCH(NULL, "hand", PINCH_SOURCE_DIR "/assets/hands/robotiq-like.xml"));
     assert_no_nan(
         PINCH(NULL, "replay", PINCH_SOURCE_DIR "/tests/cli/recorded/jointed-stop.json", "--max-iterations", "1"));

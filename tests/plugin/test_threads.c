@@ -199,13 +199,13 @@ static uint64_t run(const test_world *world, int threads, pinch_ode_stats *stats
     return hash;
 }
 
-/* Returns the statistics of one thread. */
+/* Returns the statistics of one thread. With sanitizers, one other number stands for all. */
 static pinch_ode_stats same_with_any_number(const test_world *world)
 {
     pinch_ode_stats one, more;
     uint64_t expected = run(world, 1, &one);
-    const int threads[] = {2, 3, 4};
-    for (int k = 0; k < 3; k++) {
+    const int threads[] = {3, 2, 4};
+    for (int k = 0; k < (SANITIZED ? 1 : 3); k++) {
         assert_true(run(world, threads[k], &more) == expected);
         one.memory = more.memory = 0; /* each thread has scratch of its own */
         assert_memory_equal(&one, &more, sizeof one);
