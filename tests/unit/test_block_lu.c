@@ -3,12 +3,12 @@
 
 #include "support/block_dilu.h"
 #include "support/blocks.h"
+#include "support/crew.h"
 #include "support/draw.h"
 #include "support/lu.h"
 
 #include <math.h>
 #include <string.h>
-#include <threads.h>
 
 enum { MAX_BLOCKS = 14, MAX_SIZE = 9, MAX_UNKNOWNS = MAX_BLOCKS * MAX_SIZE, MAX_EDGES = 40 };
 
@@ -95,32 +95,6 @@ static void test_agrees_with_the_dense_factorization(void **state)
 
 /* ---- by many threads ---- */
 
-enum { CREW = 3 };
-
-typedef struct call {
-    pinch_loop_part *part;
-    void *argument;
-    atomic_int next;
-    int count;
-} call;
-
-static int join_in(void *data)
-{
-    call *c = data;
-    for (int k; (k = atomic_fetch_add(&c->next, 1)) < c->count;) c->part(c->argument, k, k + 1);
-    return 0;
-}
-
-static void call_crew(void *threads, int count, int chunk, pinch_loop_part *part, void *argument)
-{
-    call c = {.part = part, .argument = argument, .count = count};
-    thrd_t thread[CREW];
-    assert_true(chunk == 1 && count >= CREW);
-    for (int k = 0; k < *(int *)threads; k++) assert_int_equal(thrd_create(&thread[k], join_in, &c), thrd_success);
-    join_in(&c);
-    for (int k = 0; k < *(int *)threads; k++) thrd_join(thread[k], NULL);
-}
-
 /* Wide blocks are among those of every other round, and then one thread does it all. */
 static void test_a_crew_finds_the_same_bits(void **state)
 {
@@ -134,7 +108,7 @@ static void test_a_crew_finds_the_same_bits(void **state)
     for (int round = 0; round < 200; round++) {
         pinch_block_lu lu, shared;
         int threads = round % CREW;
-        const pinch_crew crew = {call_crew, &threads};
+        const pinch_crew crew = {crew_call_all, &threads};
         pinch_arena_reset(&arena);
         draw_structure(&m, &random);
         for (int b = 0; b < m.count; b++) {
@@ -425,7 +399,7 @@ static void solve_grids(bool symmetric)
         assert_true(lu->visit && longest > 1);
         assert_true(pinch_block_lu_factor_and_solve(&lu[0], NULL, x));
         for (int i = 0; i < lu->first[NODES]; i++) assert_true(fabs(x[i] - wanted[i]) <= 1e-12);
-        assert_true(pinch_block_lu_factor_and_solve(&lu[1], &(pinch_crew){call_crew, &threads}, y));
+        assert_true(pinch_block_lu_factor_and_solve(&lu[1], &(pinch_crew){crew_call_all, &threads}, y));
         assert_memory_equal(x, y, sizeof *x * (size_t)lu->first[NODES]);
         assert_memory_equal(lu[0].values, lu[1].values, sizeof(double) * lu->value_count);
     }

@@ -3,11 +3,11 @@
 
 #include "support/block_lu.h"
 #include "support/blocks.h"
+#include "support/crew.h"
 #include "support/draw.h"
 
 #include <math.h>
 #include <string.h>
-#include <threads.h>
 
 enum { N = 6, ROW = PINCH_SINGLE_ROW, BLOCK = PINCH_SINGLE_BLOCK, MOST = 8, BLOCKS = 5, ROWS = 3 };
 
@@ -172,37 +172,14 @@ static void fill_grid(pinch_block_lu *lu, const int *edge, int edges, const doub
     }
 }
 
-typedef struct call {
-    pinch_loop_part *part;
-    void *argument;
-    atomic_int next;
-    int count;
-} call;
-
-static int join_in(void *data)
-{
-    call *c = data;
-    for (int k; (k = atomic_fetch_add(&c->next, 1)) < c->count;) c->part(c->argument, k, k + 1);
-    return 0;
-}
-
-static void call_crew(void *context, int count, int chunk, pinch_loop_part *part, void *argument)
-{
-    call c = {.part = part, .argument = argument, .count = count};
-    thrd_t thread;
-    (void)context, (void)chunk;
-    assert_int_equal(thrd_create(&thread, join_in, &c), thrd_success);
-    join_in(&c);
-    thrd_join(thread, NULL);
-}
-
 /* A solve leaves some millionths, and with its factors they go away. Two threads find the same bits. */
 static void test_solves(void **state)
 {
     (void)state;
     static int size[NODES], edge[2 * LINKS];
     static double wanted[UNKNOWNS], b[UNKNOWNS], x[UNKNOWNS], again[UNKNOWNS], left[UNKNOWNS];
-    const pinch_crew crew = {call_crew, NULL};
+    int helpers = 1;
+    const pinch_crew crew = {crew_call_all, &helpers};
     pinch_arena arena;
     int edges = link_grid(size, edge);
     const pinch_block_graph graph = {NODES, NODES, edges, edge};
