@@ -18,7 +18,7 @@ static const double PRODUCT = 216;                               /* of blocks, i
 static const double LEAST_EXACT = 1e-3, MOST_EXACT = 1e-7, END = 2e-13;
 /* Factors in single precision leave this much of the right hand side at most, as one more Newton step would take longer
  * than refining; and a product of theirs takes this part of one in double precision. */
-static const double EXACT = 1e-9, SINGLE_PRODUCT = 0.3;
+static const double EXACT = 1e-9, SINGLE_PRODUCT = 0.5;
 
 static void add_edge(int *edge, int *edges, int from, int to)
 {
