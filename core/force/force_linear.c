@@ -338,7 +338,7 @@ bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *s, double 
         (void)pinch_force_evaluate(s); /* the slopes stand where the trial forces stood */
         if (!eliminate(s)) return false;
     }
-    if (!s->iterative && !solve_completely(arena, s, fmin(exactness_of_step(s, merit), EXACT))) {
+    if (!s->iterative && !solve_completely(arena, s, EXACT)) {
         *singular = !arena->failed;
         return false;
     }

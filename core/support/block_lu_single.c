@@ -3,11 +3,8 @@
 
 #include <string.h>
 
-enum {
-    N = 6,
-    BLOCK = PINCH_SINGLE_BLOCK,
-    LONGEST_RUN = PINCH_BLOCK_LU_RUN
-}; /* unknowns of a free body; numbers; blocks */
+enum { N = 6 }; /* unknowns of a free body */
+enum { BLOCK = PINCH_SINGLE_BLOCK, LONGEST_RUN = PINCH_BLOCK_LU_RUN };
 
 /* U_kj of an entry of `later`; before the k-th is eliminated A_kj, as everywhere in block_lu.h */
 static inline float *upper_at(const pinch_block_lu *lu, int entry)
