@@ -108,7 +108,7 @@ static void find_answers(pinch_force_system *s, int k, int column)
     double *answer = b->answer + (size_t)column * (size_t)b->count;
     memset(b->rhs, 0, sizeof *b->rhs * (size_t)s->block_first[s->block_count]);
     *pinch_force_unknown_of(s, numbered(s, k), b->rhs) = 1;
-    pinch_block_lu_solve(&s->lu, b->rhs);
+    pinch_block_lu_solve(&s->lu, NULL, b->rhs);
     for (int i = 0; i < b->count; i++) {
         const pinch_force_multiplier *m = numbered(s, i);
         answer[i] = b->base[i] == 0 ? *pinch_force_unknown_of(s, m, b->rhs) : error_of_change(s, m, b->rhs);

@@ -286,7 +286,7 @@ static bool solve_in_single(pinch_force_system *s, double exactness)
         off = left;
         if (!(gain <= LEAST_GAIN)) return false; /* nor is it where something is not finite */
         if (off <= exactness) break;
-        pinch_block_lu_solve(&s->lu, s->rhs);
+        pinch_block_lu_solve(&s->lu, s->crew, s->rhs);
         for (int i = 0; i < n; i++) x[i] += s->rhs[i];
     }
     memcpy(s->rhs, x, sizeof(double) * (size_t)n);
@@ -362,7 +362,7 @@ bool pinch_force_solve_for_rhs(pinch_arena *arena, pinch_force_system *s, double
 void pinch_force_solve_again(pinch_force_system *s)
 {
     s->work += (double)s->lu.value_count / PRODUCT + WORK_OF_ELEMENT * s->element_count;
-    pinch_block_lu_solve(&s->lu, s->rhs);
+    pinch_block_lu_solve(&s->lu, s->crew, s->rhs);
 }
 
 bool pinch_force_stop_iterating(pinch_arena *arena, pinch_force_system *s)

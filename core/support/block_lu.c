@@ -314,7 +314,7 @@ static void solve_back(const pinch_block_lu *lu, double *x)
     for (int k = lu->count - 1; k >= 0; k--) subtract_later(lu, k, x);
 }
 
-void pinch_block_lu_solve(const pinch_block_lu *lu, double *x)
+static void solve_alone(const pinch_block_lu *lu, double *x)
 {
     for (int k = 0; k < lu->count; k++) {
         solve_own(lu, k, lu->scratch, x);
@@ -386,15 +386,41 @@ static void eliminate_rows(void *argument, int first, int end)
     }
 }
 
-/* All later blocks are ancestors of a block in the tree of elimination, in which the first of them is its parent. */
-static void go_back(void *argument, int first, int end)
+/* Solves take little time for a row: threads take several at once. */
+enum { ROWS_AT_ONCE = 8 };
+
+static void solve_row(const pinch_block_lu *lu, int i, double *x)
 {
-    enum { AT_A_TIME = 8 };
+    double scratch[SMALL * (SMALL + 1)];
+    for (int m = lu->earlier_start[i]; m < lu->earlier_start[i + 1]; m++) {
+        pinch_await(&lu->done[lu->earlier[m].place], 1);
+        subtract_earlier(lu, lu->earlier[m].place, lu->earlier[m].entry, x);
+    }
+    solve_own(lu, i, scratch, x);
+}
+
+static void go_forward(void *argument, int first, int end)
+{
     shared_solve *s = argument;
     const pinch_block_lu *lu = s->lu;
     (void)first, (void)end;
-    for (int taken; (taken = atomic_fetch_add(&s->next, AT_A_TIME)) < lu->count;) {
-        int from = lu->count - 1 - taken, to = from - AT_A_TIME;
+    for (int from; (from = atomic_fetch_add(&s->next, ROWS_AT_ONCE)) < lu->count;) {
+        for (int at = from; at < from + ROWS_AT_ONCE && at < lu->count; at++) {
+            int i = visited(lu, at);
+            solve_row(lu, i, s->x);
+            pinch_say(&lu->done[i], 1);
+        }
+    }
+}
+
+/* All later blocks are ancestors of a block in the tree of elimination, in which the first of them is its parent. */
+static void go_back(void *argument, int first, int end)
+{
+    shared_solve *s = argument;
+    const pinch_block_lu *lu = s->lu;
+    (void)first, (void)end;
+    for (int taken; (taken = atomic_fetch_add(&s->next, ROWS_AT_ONCE)) < lu->count;) {
+        int from = lu->count - 1 - taken, to = from - ROWS_AT_ONCE;
         for (int at = from; at > to && at >= 0; at--) {
             int k = visited(lu, at);
             if (lu->later_start[k] < lu->later_start[k + 1]) pinch_await(&lu->done[lu->later[lu->later_start[k]]], 2);
@@ -404,20 +430,37 @@ static void go_back(void *argument, int first, int end)
     }
 }
 
-bool pinch_block_lu_factor_and_solve(pinch_block_lu *lu, const pinch_crew *crew, double *x)
+static bool is_shared(const pinch_block_lu *lu, const pinch_crew *crew)
 {
-    bool small = lu->earlier_start != NULL;
+    bool small = crew && lu->earlier_start;
     for (int k = 0; k < lu->count && small; k++) small = lu->size[k] <= SMALL;
-    if (!crew || !small) {
-        if (!factor_with(lu, x)) return false;
-        solve_back(lu, x);
-        return true;
-    }
+    return small;
+}
+
+/* Does `forward` with all threads, and then what is to be done backwards. Returns false when a pivot is none. */
+static bool go_there_and_back(const pinch_block_lu *lu, const pinch_crew *crew, pinch_loop_part *forward, double *x)
+{
     shared_solve s = {.lu = lu, .x = x};
     for (int k = 0; k < lu->count; k++) atomic_init(&lu->done[k], 0);
-    pinch_all_at_once(crew, eliminate_rows, &s);
+    pinch_all_at_once(crew, forward, &s);
     if (atomic_load(&s.singular)) return false;
     atomic_store(&s.next, 0);
     pinch_all_at_once(crew, go_back, &s);
+    return true;
+}
+
+void pinch_block_lu_solve(const pinch_block_lu *lu, const pinch_crew *crew, double *x)
+{
+    if (is_shared(lu, crew))
+        (void)go_there_and_back(lu, crew, go_forward, x);
+    else
+        solve_alone(lu, x);
+}
+
+bool pinch_block_lu_factor_and_solve(pinch_block_lu *lu, const pinch_crew *crew, double *x)
+{
+    if (is_shared(lu, crew)) return go_there_and_back(lu, crew, eliminate_rows, x);
+    if (!factor_with(lu, x)) return false;
+    solve_back(lu, x);
     return true;
 }

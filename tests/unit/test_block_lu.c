@@ -85,7 +85,7 @@ static void test_agrees_with_the_dense_factorization(void **state)
         int n = fill_matrix(&m, &random, &lu);
         for (int i = 0; i < n; i++) x[i] = y[i] = draw_uniform(&random, -1, 1);
         assert_true(pinch_block_lu_factor(&lu));
-        pinch_block_lu_solve(&lu, x);
+        pinch_block_lu_solve(&lu, NULL, x);
         assert_true(pinch_lu_factor(n, m.dense, pivot, scratch));
         pinch_lu_solve(n, m.dense, pivot, y, y);
         for (int i = 0; i < n; i++) assert_true(fabs(x[i] - y[i]) <= 1e-13);
@@ -126,6 +126,9 @@ static void test_a_crew_finds_the_same_bits(void **state)
         assert_true(pinch_block_lu_factor_and_solve(&shared, &crew, y));
         assert_memory_equal(x, y, sizeof *x * (size_t)n);
         assert_memory_equal(lu.values, shared.values, sizeof *lu.values * lu.value_count);
+        pinch_block_lu_solve(&lu, NULL, x);
+        pinch_block_lu_solve(&shared, &crew, y);
+        assert_memory_equal(x, y, sizeof *x * (size_t)n);
         pinch_block_lu_clear(&shared);
         assert_false(pinch_block_lu_factor_and_solve(&shared, &crew, y));
     }

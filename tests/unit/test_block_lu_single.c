@@ -207,7 +207,10 @@ static void test_solves(void **state)
             for (int i = 0; i < N; i++)
                 for (int j = 0; j < N; j++) left[N * row + i] -= value_at(&lu, row, column, i, j) * x[N * column + j];
         }
-        pinch_block_lu_solve(&lu, left);
+        memcpy(again, left, sizeof again);
+        pinch_block_lu_solve(&lu, &crew, again);
+        pinch_block_lu_solve(&lu, NULL, left);
+        assert_memory_equal(left, again, sizeof left);
         for (int i = 0; i < UNKNOWNS; i++) {
             off = fmax(off, fabs(x[i] - wanted[i]));
             refined = fmax(refined, fabs(x[i] + left[i] - wanted[i]));
