@@ -51,18 +51,17 @@ void pinch_point_set_geometry(pinch_manifold_point *p, const pinch_pose pose[2],
 }
 
 /* Finds the place half way between the touching points that the bodies carry along, and the gap from body 1's to body
- * 2's, where it is asked for (not NULL). */
+ * 2's. */
 static inline void carried_position(const pinch_manifold_point *p, const pinch_pose pose[2], double *position,
                                     double *gap)
 {
-    for (int i = 0; i < 3; i++) position[i] = 0;
-    for (int i = 0; i < 3 && gap; i++) gap[i] = 0;
+    for (int i = 0; i < 3; i++) position[i] = gap[i] = 0;
     for (int side = 0; side < 2; side++) {
         double touching[3];
         rotate(&pose[side], p->anchor[side], touching);
         pinch_v3_add_scaled(touching, 1, pose[side].position);
         pinch_v3_add_scaled(position, 0.5, touching);
-        if (gap) pinch_v3_add_scaled(gap, side ? 1 : -1, touching);
+        pinch_v3_add_scaled(gap, side ? 1 : -1, touching);
     }
 }
 
@@ -73,15 +72,14 @@ static inline void carried_position(const pinch_manifold_point *p, const pinch_p
  * brings it to where the point was carried, when one clearly does. That can be told only while the depth is steady. On
  * a ball there is no convention. Returns whether the point is elsewhere than detected.
  */
-static inline bool restore_convention(const pinch_manifold_point *p, const pinch_pose pose[2],
+static inline bool restore_convention(const pinch_manifold_point *p, const double *carried,
                                       const pinch_detected_point *detected, double *restored)
 {
     static const double CLEARLY = 0.05; /* of the depth */
     double away[3], half = 0.5 * detected->depth;
     pinch_v3_copy(restored, detected->position);
     if (detected->on_ball || !(fabs(detected->depth - p->depth) < CLEARLY * detected->depth)) return false;
-    carried_position(p, pose, away, NULL);
-    pinch_v3_sub(away, detected->position, away);
+    pinch_v3_sub(carried, detected->position, away);
     double along = pinch_v3_dot(away, detected->normal), halves = nearbyint(along / half);
     if (halves == 0 || !(fabs(halves) <= 2) || !(fabs(along - halves * half) < CLEARLY * detected->depth)) return false;
     pinch_v3_add_scaled(restored, halves * half, detected->normal);
@@ -93,20 +91,19 @@ static inline bool restore_convention(const pinch_manifold_point *p, const pinch
  * detected point goes to where the bodies carried the known one, and takes its depth from there. Where that is not the
  * collider's depth, the collider means another point. Returns whether the point has gone there.
  */
-static bool stay_put(const pinch_manifold_point *p, const pinch_pose pose[2], double steady_distance,
+static bool stay_put(const pinch_manifold_point *p, const double *carried, const double *gap, double steady_distance,
                      const double *normal, double *detected_position, double *detected_depth)
 {
     static const double ANOTHER = 1e4; /* times the steady distance */
-    double position[3], gap[3], moved[3];
+    double moved[3];
     if (!(steady_distance > 0)) return false;
-    carried_position(p, pose, position, gap);
     pinch_v3_copy(moved, gap);
     pinch_v3_add_scaled(moved, -p->depth, p->normal);
     double depth = pinch_v3_dot(gap, normal);
     if (!(pinch_v3_dot(moved, moved) < steady_distance * steady_distance &&
           fabs(depth - *detected_depth) < ANOTHER * steady_distance))
         return false;
-    pinch_v3_copy(detected_position, position);
+    pinch_v3_copy(detected_position, carried);
     *detected_depth = depth;
     return true;
 }
@@ -171,9 +168,10 @@ void pinch_point_continue(pinch_manifold_point *p, const pinch_pose pose[2], con
                           const pinch_detected_point *detected)
 {
     known_place from = place_of(p);
-    double position[3], depth = detected->depth;
-    bool restored = restore_convention(p, pose, detected, position);
-    bool stays = stay_put(p, pose, rules->steady_distance, detected->normal, position, &depth);
+    double carried[3] = {0, 0, 0}, gap[3] = {0, 0, 0}, position[3], depth = detected->depth;
+    if (!detected->on_ball || rules->steady_distance > 0) carried_position(p, pose, carried, gap); /* who asks for it */
+    bool restored = restore_convention(p, carried, detected, position);
+    bool stays = stay_put(p, carried, gap, rules->steady_distance, detected->normal, position, &depth);
     pinch_point_set_geometry(p, pose, detected);
     if (restored || stays) {
         find_anchors(pose, position, detected->normal, depth, p->anchor);

@@ -65,8 +65,35 @@ typedef struct pair_law {
     const pinch_material *material; /* NULL: the points have surface parameters of their own */
     double part;                    /* of the fingertip's stiffness, for each point of its manifold */
     double share; /* how much of the overlap lies between geom[0]'s surface and the contact; the points lie half way */
-    double came_in; /* out: the most of all points */
+    double mobility; /* where there is no material: sum of the bodies' inverse masses, 1/kg */
+    double size;     /* likewise: of the smaller geom, m */
+    double came_in;  /* out: the most of all points */
 } pair_law;
+
+static double mobility_of(const pinch_pair *pair)
+{
+    double mobility = 0;
+    for (int side = 0; side < 2; side++) {
+        if (!pair->body[side] || pair->step_body[side] < 0) continue;
+        dMass mass;
+        dBodyGetMass(pair->body[side], &mass);
+        mobility += 1 / mass.mass;
+    }
+    return mobility;
+}
+
+static pair_law law_of_pair(const pinch_contact_store *store, const pinch_pair *pair, pinch_material *own)
+{
+    int count = pair->manifold.count;
+    pair_law law = {.part = count == 1 ? 1 : 1.0 / count, .share = 0.5};
+    if (pair->has_material) {
+        law.material = pinch_pair_material(store, pair, own, &law.share);
+    } else {
+        law.mobility = mobility_of(pair);
+        law.size = pinch_pair_size(store, pair);
+    }
+    return law;
+}
 
 /* Gives a contact its share of the fingertip's law. */
 static void apply_material(const pair_law *law, bool slipping, pinch_contact *c)
@@ -86,26 +113,22 @@ static void apply_material(const pair_law *law, bool slipping, pinch_contact *c)
 /* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. Returns
  * how deep the point has come in by the bodies' own motion within a step. */
 static double apply_surface(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
-                            const pinch_manifold_point *point, pinch_contact *c)
+                            const pair_law *law, const pinch_manifold_point *point, pinch_contact *c)
 {
-    double mobility = 0, linear[3] = {0, 0, 0};
+    double linear[3] = {0, 0, 0};
     for (int side = 0; side < 2; side++) {
         dBodyID b = pair->body[side];
         dVector3 velocity;
         if (!b) continue;
         dBodyGetPointVel(b, point->position[0], point->position[1], point->position[2], velocity);
         pinch_v3_add_scaled(linear, side ? -1 : 1, velocity);
-        if (pair->step_body[side] < 0) continue;
-        dMass mass;
-        dBodyGetMass(b, &mass);
-        mobility += 1 / mass.mass;
     }
     pinch_own_law *own = point->own;
     double approach = pinch_v3_dot(linear, c->normal);
     pinch_surface_conditions conditions = {
         .tangent1 = own->tangent1,
-        .mobility = mobility,
-        .size = pinch_pair_size(store, pair),
+        .mobility = law->mobility,
+        .size = law->size,
         .stands_for = own->stands_for,
         .approach = approach,
         .came_in = fmin(c->depth, fmax(pair->came_in, -context->h * approach)),
@@ -164,7 +187,7 @@ static void fill_contact(const pinch_step_context *context, const pinch_contact_
         apply_material(law, point->slipping, c);
         choose_tangent(context, store, pair, c->normal, c->tangent1);
     } else {
-        law->came_in = fmax(law->came_in, apply_surface(context, store, pair, point, c));
+        law->came_in = fmax(law->came_in, apply_surface(context, store, pair, law, point, c));
     }
     double t2[3], linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
     pinch_v3_cross(c->normal, c->tangent1, t2);
@@ -198,10 +221,8 @@ static void fill_pairs(void *argument, int first, int end)
         pinch_pair *pair = pinch_island_pair(contacts, pairs, i);
         pinch_prefetch_island_pairs(contacts, pairs, i, PINCH_READS_OWN_LAWS);
         pinch_material own;
-        int count = pair->manifold.count;
-        pair_law law = {.material = NULL, .part = count == 1 ? 1 : 1.0 / count, .share = 0.5, .came_in = 0};
-        if (pair->has_material) law.material = pinch_pair_material(contacts, pair, &own, &law.share);
-        for (int k = 0; k < count; k++)
+        pair_law law = law_of_pair(contacts, pair, &own);
+        for (int k = 0; k < pair->manifold.count; k++)
             fill_contact(context, contacts, bodies, pair, &law, &pair->manifold.point[k],
                          &filled[pair->first_in_island + k]);
         pair->came_in = law.came_in;
