@@ -147,14 +147,31 @@ static pinch_pair *expected_pair(const pinch_contact_store *store, incoming_cont
 
 /* ---- contacts ---- */
 
-/* Finds a place for the surface parameters of a contact without a material, and room for its first friction direction,
- * where the program gave one. Where the pair is known, the contact mostly has the surface of the one that is expected.
- * Returns false when memory runs out. */
-static bool keep_surface(pinch_contact_store *store, const pinch_surface *surface, incoming_contact *c)
+/* Finds a place for surface parameters. A program mostly gives a contact those of the one before it. Otherwise, where
+ * the pair is known, it has mostly those of the contact that is expected. Sets c->surface, to -1 where Pinch has no law
+ * for them. Returns false when memory runs out. */
+static bool find_surface(pinch_contact_store *store, incoming_contact *c)
 {
-    c->surface = pinch_keep_surface(store, surface, c->expected ? c->expected->surface : -1);
+    const dSurfaceParameters *given = &c->contact->surface;
+    pinch_surface surface;
+    c->surface = store->last_given.surface;
+    if (c->surface >= 0 && c->swapped == store->last_given.swapped &&
+        memcmp(given, &store->last_given.parameters, sizeof *given) == 0)
+        return true;
+    c->surface = -1;
+    if (!pinch_surface_of(c->contact, c->swapped, &surface)) return true;
+    c->surface = pinch_keep_surface(store, &surface, c->expected ? c->expected->surface : -1);
+    memcpy(&store->last_given.parameters, given, sizeof *given);
+    store->last_given.swapped = c->swapped;
+    store->last_given.surface = c->surface;
+    return c->surface >= 0;
+}
+
+/* Reads the first friction direction where the program gave one. Returns false when memory runs out. */
+static bool find_direction(pinch_contact_store *store, incoming_contact *c)
+{
     c->directed = pinch_surface_direction(c->contact, c->direction.tangent);
-    return c->surface >= 0 && (!c->directed || PINCH_RESERVE(store->directions, store->directions.count + 1));
+    return !c->directed || PINCH_RESERVE(store->directions, store->directions.count + 1);
 }
 
 /* Looks the sides up. Returns false when memory runs out. */
@@ -259,7 +276,6 @@ static void append(pinch_contact_store *store, pinch_pair *pair, const incoming_
 static pinch_status buffer_contact(pinch_contact_store *store, const pinch_step_context *context,
                                    const pinch_drives *drives, pinch_ode_stats *stats, incoming_contact *c)
 {
-    pinch_surface surface;
     bool two =
         c->contact->geom.g1 != c->contact->geom.g2; /* a geom does not touch itself: neither name means anything */
     c->geom[0] = two ? c->contact->geom.g1 : NULL;
@@ -279,9 +295,10 @@ static pinch_status buffer_contact(pinch_contact_store *store, const pinch_step_
     if (!c->material) {
         if (!in_scope(&context->settings, c->contact))
             return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_by_scope);
-        if (!surfaces_solvable(&context->settings, drives) || !pinch_surface_of(c->contact, c->swapped, &surface))
-            return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_unsupported);
-        if (!keep_surface(store, &surface, c)) return PINCH_OUT_OF_MEMORY;
+        bool solvable = surfaces_solvable(&context->settings, drives);
+        if (solvable && !find_surface(store, c)) return PINCH_OUT_OF_MEMORY;
+        if (c->surface < 0) return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_unsupported);
+        if (!find_direction(store, c)) return PINCH_OUT_OF_MEMORY;
     }
     if (!pair) pair = look_up_pair(store, c);
     if (!pair) return PINCH_OUT_OF_MEMORY;

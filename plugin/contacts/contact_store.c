@@ -10,7 +10,7 @@ void pinch_contact_store_init(pinch_contact_store *store)
     mtx_init(&store->workers_lock, mtx_plain);
     store->points.item_size = sizeof(pinch_manifold_point);
     store->own_laws.item_size = sizeof(pinch_own_law);
-    store->last_surface = -1;
+    store->last_surface = store->last_given.surface = -1;
 }
 
 /* All lists and indices of the store. */
@@ -236,7 +236,7 @@ static bool sweep(pinch_contact_store *store)
         (void)look_up(store, &surface->surface, &surface->key);
         (void)pinch_item_index_add(&store->surface_index, surface_keys(store), &surface->key, store->surfaces.count);
     }
-    store->last_surface = -1;
+    store->last_surface = store->last_given.surface = -1;
     return true;
 }
 

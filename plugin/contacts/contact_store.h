@@ -116,6 +116,11 @@ typedef struct pinch_contact_store {
     PINCH_LIST(int) surface_places; /* scratch of the sweep */
     int surfaces_swept;             /* how many there were when unused ones were last dropped */
     int last_surface;               /* asked for, -1 for none */
+    struct {
+        dSurfaceParameters parameters; /* as the program gave them */
+        bool swapped;                  /* see pinch_surface_of */
+        int surface;                   /* -1: not known */
+    } last_given;
 
     PINCH_LIST(pinch_buffered_contact) buffer;
     PINCH_LIST(pinch_direction) directions;

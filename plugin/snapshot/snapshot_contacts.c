@@ -86,6 +86,7 @@ static void archive_surfaces(pinch_archive *a, pinch_contact_store *store)
                         store->surfaces.count);
     PINCH_ARCHIVE(a, store->surfaces_swept);
     pinch_archive_place(a, &store->last_surface, store->surfaces.count, true);
+    store->last_given.surface = -1;
 }
 
 /* ---- pairs ---- */
