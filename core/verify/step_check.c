@@ -220,11 +220,12 @@ static double stiff_error_share(const pinch_problem *problem, const contact_view
 }
 
 /* Notes by how much a force misses its law in a row. For compliant contacts, where the two are alike, the law itself is
- * the measure and the factor is 1. The factor is never more than without levers, to the last bit, and is not found
- * where the error cannot be the largest. */
+ * the measure and the factor is 1. The factor is never more than that, nor than without levers, to the last bit, and is
+ * not found where the error cannot be the largest. */
 static inline void note_error(double *largest, double error, const pinch_problem *problem, const contact_view *v,
                               int row, const double axis[3])
 {
+    if (error <= *largest) return;
     if (!v->c->may_soften) {
         note_largest(largest, error);
         return;
