@@ -299,20 +299,35 @@ void pinch_force_add_multipliers(pinch_force_system *s)
     }
 }
 
-/* In the unknowns of the element's block b: to -= h G^T D G x. */
-static void subtract_response(const pinch_force_system *s, const pinch_force_element *e, int b, const double *x,
-                              double *to)
+/* to = factor d x */
+static inline void multiply_by(int rows, double factor, const double *d, const double *x, double *to)
+{
+    for (int i = 0; i < rows; i++) {
+        to[i] = 0;
+        for (int j = 0; j < rows; j++) to[i] += factor * d[i * rows + j] * x[j];
+    }
+}
+
+/* impulse = -h D G x */
+static inline void find_response(const pinch_force_system *s, const pinch_force_element *e, const double *x,
+                                 double impulse[PINCH_CONTACT_ROWS_MAX])
 {
     const double *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
-    double moved[PINCH_CONTACT_ROWS_MAX] = {0}, impulse[PINCH_CONTACT_ROWS_MAX] = {0};
+    double moved[PINCH_CONTACT_ROWS_MAX] = {0};
     int rows = e->rows;
-    for (int a = 0; a < 2; a++)
-        if (e->cluster[a] >= 0)
-            pinch_force_rows_times(rows, e->block[a].size, e->block[a].g, x + s->block_first[e->cluster[a]], moved);
-    for (int i = 0; i < rows; i++)
-        for (int j = 0; j < rows; j++) impulse[i] -= s->step * conductance[i * rows + j] * moved[j];
-    pinch_force_rows_transposed_times(rows, e->block[b].size, e->block[b].g, impulse,
-                                      to + s->block_first[e->cluster[b]]);
+    for (int b = 0; b < 2; b++)
+        if (e->cluster[b] >= 0)
+            pinch_force_rows_times(rows, e->block[b].size, e->block[b].g, x + e->block[b].first, moved);
+    if (rows == PINCH_FORCE_CONTACT) /* whose loops the compiler unrolls */
+        multiply_by(PINCH_FORCE_CONTACT, -s->step, conductance, moved, impulse);
+    else
+        multiply_by(rows, -s->step, conductance, moved, impulse);
+}
+
+/* In the unknowns of the element's block b: to += G^T impulse. */
+static inline void add_response(const pinch_force_element *e, int b, const double *impulse, double *to)
+{
+    pinch_force_rows_transposed_times(e->rows, e->block[b].size, e->block[b].g, impulse, to + e->block[b].first);
 }
 
 typedef struct residual_task {
@@ -329,7 +344,10 @@ static void find_residual_of(void *argument, int first, int end)
     if (!s->meets) return;
     for (int m = s->meet_first[first]; m < s->meet_first[end]; m++) {
         const pinch_force_element *e = &s->elements[s->meets[m] / 2];
-        if (e->conducts) subtract_response(s, e, s->meets[m] % 2, t->x, t->to);
+        double impulse[PINCH_CONTACT_ROWS_MAX];
+        if (!e->conducts) continue;
+        find_response(s, e, t->x, impulse);
+        add_response(e, s->meets[m] % 2, impulse, t->to);
     }
 }
 
@@ -341,7 +359,12 @@ void pinch_force_find_residual(const pinch_force_system *s, const double *rhs, c
         return;
     }
     find_residual_of(&task, 0, s->mobility->cluster_count);
-    for (int k = 0; k < s->element_count; k++)
-        for (int b = 0; b < 2 && s->elements[k].conducts; b++)
-            if (s->elements[k].cluster[b] >= 0) subtract_response(s, &s->elements[k], b, x, residual);
+    for (int k = 0; k < s->element_count; k++) {
+        const pinch_force_element *e = &s->elements[k];
+        double impulse[PINCH_CONTACT_ROWS_MAX];
+        if (!e->conducts) continue;
+        find_response(s, e, x, impulse);
+        for (int b = 0; b < 2; b++)
+            if (e->cluster[b] >= 0) add_response(e, b, impulse, residual);
+    }
 }

@@ -54,6 +54,7 @@ static bool add_contact(pinch_arena *arena, pinch_contact *contact, const pinch_
     const pinch_contact_law *law = before ? before : law_of(arena, contact, known);
     memset(e, 0, sizeof *e);
     e->contact = contact;
+    e->sinks_at_most = INFINITY;
     return law && make_room(arena, law, e);
 }
 

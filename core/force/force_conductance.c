@@ -129,7 +129,7 @@ static void slip_on(const pinch_force_element *e, double *p, double *derivative)
 }
 
 /* The shift A^-1 F follows from A^-1 = I + D rho^-1 (I - rho C). */
-bool pinch_force_eliminate(pinch_force_element *e, bool first)
+static inline bool eliminate(pinch_force_element *e, bool first)
 {
     enum { N = PINCH_CONTACT_ROWS_MAX };
     const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R),
@@ -142,16 +142,23 @@ bool pinch_force_eliminate(pinch_force_element *e, bool first)
     for (int i = 0; i < rows; i++) f[i] = r[i] - p[i];
     if (!find_conductance(e, derivative)) return false;
     for (int j = 0; j < rows; j++) weighted[j] = (1 - rho[j] * compliance[j]) / rho[j] * f[j];
-    e->conducts = false;
-    e->symmetric = true;
+    bool conducts = false, symmetric = true;
     for (int i = 0; i < rows; i++) {
         double shift = f[i];
         for (int j = 0; j < rows; j++) {
             shift += conductance[i * rows + j] * weighted[j];
-            e->conducts = e->conducts || conductance[i * rows + j] != 0;
-            e->symmetric = e->symmetric && conductance[i * rows + j] == conductance[j * rows + i];
+            conducts = conducts || conductance[i * rows + j] != 0;
+            symmetric = symmetric && conductance[i * rows + j] == conductance[j * rows + i];
         }
         change[i] = -shift;
     }
+    e->conducts = conducts;
+    e->symmetric = symmetric;
     return true;
+}
+
+bool pinch_force_eliminate(pinch_force_element *e, bool first)
+{
+    if (e->rows == PINCH_FORCE_CONTACT) return eliminate(e, first); /* whose loops the compiler unrolls */
+    return eliminate(e, first);
 }

@@ -399,7 +399,6 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     if (!last_floor(arena, problem, &last)) return false;
     double share, floor = last.floor;
     if (!pinch_force_system_build(arena, problem, mobility, s)) return false;
-    for (int k = 0; k < s->contact_count; k++) s->elements[k].sinks_at_most = INFINITY;
     s->budget = settings->budget > 0 ? settings->budget : INFINITY;
     if (!go_one_way(arena, s, problem, settings, way, &floor, result)) return false;
     result->unknowns = mobility->unknowns + s->multiplier_count;

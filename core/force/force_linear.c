@@ -143,8 +143,10 @@ static void eliminate_elements(void *argument, int first, int end)
     pinch_force_system *s = argument;
     bool singular = false, symmetric = true;
     for (int k = first; k < end && !singular; k++) {
+        const pinch_force_element *e = &s->elements[k];
         singular = !pinch_force_eliminate(&s->elements[k], s->begins);
-        symmetric = symmetric && s->elements[k].symmetric;
+        symmetric = symmetric && e->symmetric;
+        if (!s->meets) pinch_force_add_impulse(e, s->step, pinch_force_values(e, PINCH_FORCE_CHANGE), s->rhs);
     }
     s->partials[first / PINCH_CHUNK] = (pinch_force_partial){.any = singular, .symmetric = symmetric};
 }
@@ -165,12 +167,12 @@ static bool conductances_are_symmetric(const pinch_force_system *s)
 /* Eliminates all elements and forms their right hand side, -h G^T shift. Returns false where one is singular. */
 static bool eliminate(pinch_force_system *s)
 {
+    memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->block_count]);
     pinch_loop(s->crew, s->element_count, eliminate_elements, s);
     s->begins = false;
     if (pinch_force_any(s)) return false;
     s->lu.symmetric = may_be_symmetric(s) && conductances_are_symmetric(s);
-    memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->block_count]);
-    pinch_force_add_impulses(s, PINCH_FORCE_CHANGE, s->block_first, s->rhs);
+    if (s->meets) pinch_force_add_impulses(s, PINCH_FORCE_CHANGE, s->rhs);
     return true;
 }
 
@@ -189,21 +191,26 @@ static void fill_multipliers(pinch_force_system *s)
 }
 
 /* dr = -shift - D G dq */
+static inline void change_element(const pinch_force_element *e, const double *dq)
+{
+    const double *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
+    double moved[PINCH_CONTACT_ROWS_MAX] = {0}, *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
+    int rows = e->rows;
+    for (int b = 0; b < 2 && e->conducts; b++)
+        if (e->cluster[b] >= 0)
+            pinch_force_rows_times(rows, e->block[b].size, e->block[b].g, dq + e->block[b].first, moved);
+    for (int i = 0; i < rows; i++)
+        for (int j = 0; j < rows; j++) change[i] -= conductance[i * rows + j] * moved[j];
+}
+
 static void change_elements(void *argument, int first, int end)
 {
     const pinch_force_system *s = argument;
-    for (int k = first; k < end; k++) {
-        const pinch_force_element *e = &s->elements[k];
-        const double *conductance = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
-        double moved[PINCH_CONTACT_ROWS_MAX] = {0}, *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
-        int rows = e->rows;
-        for (int b = 0; b < 2 && e->conducts; b++)
-            if (e->cluster[b] >= 0)
-                pinch_force_rows_times(rows, e->block[b].size, e->block[b].g, s->rhs + s->block_first[e->cluster[b]],
-                                       moved);
-        for (int i = 0; i < rows; i++)
-            for (int j = 0; j < rows; j++) change[i] -= conductance[i * rows + j] * moved[j];
-    }
+    for (int k = first; k < end; k++)
+        if (s->elements[k].rows == PINCH_FORCE_CONTACT) /* whose loops the compiler unrolls */
+            change_element(&s->elements[k], s->rhs);
+        else
+            change_element(&s->elements[k], s->rhs);
 }
 
 static void changes_from(pinch_force_system *s)

@@ -60,7 +60,8 @@ static void keep_elements(void *argument, int first, int end)
     for (int k = first; k < end; k++) {
         const pinch_force_element *e = &s->elements[k];
         const double *r = pinch_force_values(e, PINCH_FORCE_R);
-        memcpy(pinch_force_values(e, PINCH_FORCE_START), r, sizeof *r * (size_t)e->rows);
+        double *start = pinch_force_values(e, PINCH_FORCE_START);
+        for (int i = 0; i < e->rows; i++) start[i] = r[i];
     }
 }
 
@@ -75,7 +76,8 @@ static void restore(pinch_force_system *s)
     for (int k = 0; k < s->element_count; k++) {
         const pinch_force_element *e = &s->elements[k];
         const double *start = pinch_force_values(e, PINCH_FORCE_START);
-        memcpy(pinch_force_values(e, PINCH_FORCE_R), start, sizeof *start * (size_t)e->rows);
+        double *r = pinch_force_values(e, PINCH_FORCE_R);
+        for (int i = 0; i < e->rows; i++) r[i] = start[i];
     }
     for (int i = 0; i < s->multiplier_count; i++) s->multipliers[i].y = s->multipliers[i].start;
 }
@@ -107,13 +109,38 @@ static void move(pinch_force_system *s, double t)
         s->multipliers[i].y = s->multipliers[i].start + t * s->multipliers[i].change;
 }
 
+static void step_elements(void *argument, int first, int end)
+{
+    const pinch_force_system *s = argument;
+    for (int k = first; k < end; k++) {
+        const pinch_force_element *e = &s->elements[k];
+        const double *change = pinch_force_values(e, PINCH_FORCE_CHANGE);
+        double *start = pinch_force_values(e, PINCH_FORCE_START), *r = pinch_force_values(e, PINCH_FORCE_R);
+        for (int i = 0; i < e->rows; i++) {
+            start[i] = r[i];
+            r[i] += change[i];
+        }
+    }
+}
+
+/* Keeps r and y, and takes the whole step. */
+static void take_step(pinch_force_system *s)
+{
+    pinch_loop(s->crew, s->element_count, step_elements, s);
+    for (int i = 0; i < s->multiplier_count; i++) {
+        pinch_force_multiplier *m = &s->multipliers[i];
+        m->start = m->y;
+        m->y += m->change;
+    }
+}
+
 /* Searches along one step. Returns the merit afterwards, or NaN when no step was found; r is then what it was. */
 static double search(pinch_force_system *s, double merit, watchdog *w)
 {
-    keep(s);
     double t = 1;
+    take_step(s);
     for (int halvings = 0; halvings <= MAX_HALVINGS; halvings++, t *= 0.5) {
-        move(s, t);
+        if (halvings > 0) move(s, t);
         double next = pinch_force_evaluate(s);
         bool trusted = t == 1 && w->waited < PATIENCE;
         if (trusted && !(next <= fmax(leeway_of(s) * w->least, fmax(TRUSTED, w->near)))) w->waited = PATIENCE;

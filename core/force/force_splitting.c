@@ -116,7 +116,7 @@ bool pinch_force_split(pinch_arena *arena, pinch_force_system *s, bool *done)
     double change = INFINITY;
     for (int step = 0; step < LEAST_STEPS || (step < MOST_STEPS && change > SETTLED); step++) {
         double *rhs = pinch_force_clear_rhs(arena, s);
-        pinch_force_add_impulses(s, PULL, NULL, rhs);
+        pinch_force_add_impulses(s, PULL, rhs);
         if (step > 0)
             pinch_force_solve_again(s);
         else if (!pinch_force_solve_for_rhs(arena, s, EXACTNESS))

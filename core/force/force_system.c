@@ -66,7 +66,7 @@ void pinch_force_elastic(const pinch_force_element *e, double elastic[5])
     if (e->rows > 4) shrink(elastic + 3, 2, c->compliance[2], compliance[3]);
 }
 
-static void set_contact(pinch_force_element *e, double h, double floor, const double *inertia)
+static inline void set_contact(pinch_force_element *e, double h, double floor, const double *inertia)
 {
     const pinch_contact *c = e->contact;
     int rows = e->rows;
@@ -88,19 +88,23 @@ static void set_contact(pinch_force_element *e, double h, double floor, const do
     }
 }
 
+/* Adds up the element's rows after `sum`. */
+static inline double add_scale(const pinch_force_element *e, double h, double sum)
+{
+    const double *w0 = pinch_force_values(e, PINCH_FORCE_W0), *b = pinch_force_values(e, PINCH_FORCE_B);
+    const double *r = pinch_force_values(e, PINCH_FORCE_R), *rho = pinch_force_values(e, PINCH_FORCE_RHO);
+    for (int i = 0; i < e->rows; i++) {
+        double alone = rho[i] * fabs(w0[i] - b[i]), acts = pinch_larger(fabs(r[i]), i == 0 ? alone : 0);
+        sum += h / rho[i] * acts * acts;
+    }
+    return sum;
+}
+
 static void sum_scales(void *argument, int first, int end)
 {
     pinch_force_system *s = argument;
-    double h = s->step, sum = 0;
-    for (int k = first; k < end; k++) {
-        const pinch_force_element *e = &s->elements[k];
-        const double *w0 = pinch_force_values(e, PINCH_FORCE_W0), *b = pinch_force_values(e, PINCH_FORCE_B);
-        const double *r = pinch_force_values(e, PINCH_FORCE_R), *rho = pinch_force_values(e, PINCH_FORCE_RHO);
-        for (int i = 0; i < e->rows; i++) {
-            double alone = rho[i] * fabs(w0[i] - b[i]), acts = pinch_larger(fabs(r[i]), i == 0 ? alone : 0);
-            sum += h / rho[i] * acts * acts;
-        }
-    }
+    double sum = 0;
+    for (int k = first; k < end; k++) sum = add_scale(&s->elements[k], s->step, sum);
     s->partials[first / PINCH_CHUNK].sum = sum;
 }
 
@@ -111,9 +115,9 @@ static double sum_of_chunks(const pinch_force_system *s)
     return sum;
 }
 
-void pinch_force_set_scale(pinch_force_system *s)
+/* The chunks have summed up the elements. */
+static void add_multipliers_to_scale(pinch_force_system *s)
 {
-    pinch_loop(s->crew, s->element_count, sum_scales, s);
     double sum = sum_of_chunks(s);
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
@@ -125,6 +129,24 @@ void pinch_force_set_scale(pinch_force_system *s)
     s->scale = sum > 0 ? sqrt(sum) : 1;
 }
 
+void pinch_force_set_scale(pinch_force_system *s)
+{
+    pinch_loop(s->crew, s->element_count, sum_scales, s);
+    add_multipliers_to_scale(s);
+}
+
+static inline double set_element(const pinch_force_system *s, pinch_force_element *e, double floor, double sum)
+{
+    double inertia[PINCH_CONTACT_ROWS_MAX], h = s->step;
+    for (int i = 0; i < e->rows; i++) inertia[i] = pinch_blocks_norm2(e->block, i);
+    if (e->contact) set_contact(e, h, floor, inertia);
+    if (e->rows > 1) inertia[1] = inertia[2] = pinch_larger(inertia[1], inertia[2]);
+    const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
+    double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
+    for (int i = 0; i < e->rows; i++) rho[i] = 1 / (compliance[i] + h * inertia[i]);
+    return add_scale(e, h, sum);
+}
+
 typedef struct floor_task {
     pinch_force_system *system;
     double floor;
@@ -134,24 +156,20 @@ static void set_floor(void *argument, int first, int end)
 {
     const floor_task *task = argument;
     pinch_force_system *s = task->system;
-    double h = s->step;
-    for (int k = first; k < end; k++) {
-        pinch_force_element *e = &s->elements[k];
-        double inertia[PINCH_CONTACT_ROWS_MAX];
-        for (int i = 0; i < e->rows; i++) inertia[i] = pinch_blocks_norm2(e->block, i);
-        if (e->contact) set_contact(e, h, task->floor, inertia);
-        if (e->rows > 1) inertia[1] = inertia[2] = pinch_larger(inertia[1], inertia[2]);
-        const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
-        double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
-        for (int i = 0; i < e->rows; i++) rho[i] = 1 / (compliance[i] + h * inertia[i]);
-    }
+    double sum = 0;
+    for (int k = first; k < end; k++)
+        if (s->elements[k].rows == PINCH_FORCE_CONTACT) /* as above */
+            sum = set_element(s, &s->elements[k], task->floor, sum);
+        else
+            sum = set_element(s, &s->elements[k], task->floor, sum);
+    s->partials[first / PINCH_CHUNK].sum = sum;
 }
 
 void pinch_force_set_floor(pinch_force_system *s, double floor)
 {
     floor_task task = {s, floor};
     pinch_loop(s->crew, s->element_count, set_floor, &task);
-    pinch_force_set_scale(s);
+    add_multipliers_to_scale(s);
 }
 
 /* These are inline for the loops of this file. */
@@ -187,16 +205,36 @@ void pinch_force_trial(const pinch_force_element *e, const double *q, double *z)
     trial_of(e, q, z);
 }
 
-void pinch_force_add_impulse(const pinch_force_element *e, double factor, const double *x, double *q)
+/* impulse = factor x. Returns whether there is any. */
+static inline bool find_impulse(const pinch_force_element *e, double factor, const double *x, double *impulse)
 {
-    double impulse[PINCH_CONTACT_ROWS_MAX];
     bool any = false;
     for (int i = 0; i < e->rows; i++) {
         impulse[i] = factor * x[i];
         any = any || impulse[i] != 0;
     }
-    for (int b = 0; b < 2 && any; b++)
-        pinch_force_rows_transposed_times(e->rows, e->block[b].size, e->block[b].g, impulse, q + e->block[b].first);
+    return any;
+}
+
+/* Adds what the impulse does to the block b. */
+static inline void add_to_block(const pinch_force_element *e, int b, const double *impulse, double *q)
+{
+    pinch_force_rows_transposed_times(e->rows, e->block[b].size, e->block[b].g, impulse, q + e->block[b].first);
+}
+
+static inline void add_impulse(const pinch_force_element *e, double factor, const double *x, double *q)
+{
+    double impulse[PINCH_CONTACT_ROWS_MAX];
+    if (!find_impulse(e, factor, x, impulse)) return;
+    for (int b = 0; b < 2; b++) add_to_block(e, b, impulse, q);
+}
+
+void pinch_force_add_impulse(const pinch_force_element *e, double factor, const double *x, double *q)
+{
+    if (e->rows == PINCH_FORCE_CONTACT) /* whose loops the compiler unrolls */
+        add_impulse(e, factor, x, q);
+    else
+        add_impulse(e, factor, x, q);
 }
 
 /* w + g x and q += y g: most blocks are those of free bodies, whose loops the compiler unrolls. */
@@ -269,29 +307,8 @@ static double distance_from_law(const pinch_force_element *e, const double *p, c
 typedef struct impulse_task {
     const pinch_force_system *system;
     pinch_force_value value;
-    const int *first;
     double *to;
 } impulse_task;
-
-/* One block's part. */
-static inline void add_impulse_of(const impulse_task *task, const pinch_force_element *e, int b, const double *impulse)
-{
-    const pinch_row_block *block = &e->block[b];
-    double *to = task->to + (task->first && e->cluster[b] >= 0 ? task->first[e->cluster[b]] : block->first);
-    pinch_force_rows_transposed_times(e->rows, block->size, block->g, impulse, to);
-}
-
-/* Returns whether there is any. */
-static inline bool find_impulse(const impulse_task *task, const pinch_force_element *e, double *impulse)
-{
-    const double *x = pinch_force_values(e, task->value);
-    bool any = false;
-    for (int i = 0; i < e->rows; i++) {
-        impulse[i] = task->system->step * x[i];
-        any = any || impulse[i] != 0;
-    }
-    return any;
-}
 
 static void gather_impulses(void *argument, int first, int end)
 {
@@ -300,23 +317,20 @@ static void gather_impulses(void *argument, int first, int end)
     double impulse[PINCH_CONTACT_ROWS_MAX];
     for (int m = s->meet_first[first]; m < s->meet_first[end]; m++) {
         const pinch_force_element *e = &s->elements[s->meets[m] / 2];
-        if (find_impulse(task, e, impulse)) add_impulse_of(task, e, s->meets[m] % 2, impulse);
+        if (find_impulse(e, s->step, pinch_force_values(e, task->value), impulse))
+            add_to_block(e, s->meets[m] % 2, impulse, task->to);
     }
 }
 
-void pinch_force_add_impulses(const pinch_force_system *s, pinch_force_value value, const int *first, double *to)
+void pinch_force_add_impulses(const pinch_force_system *s, pinch_force_value value, double *to)
 {
-    impulse_task task = {s, value, first, to};
-    double impulse[PINCH_CONTACT_ROWS_MAX];
+    impulse_task task = {s, value, to};
     if (s->meets) {
         pinch_loop(s->crew, s->mobility->cluster_count, gather_impulses, &task);
         return;
     }
-    for (int k = 0; k < s->element_count; k++) {
-        const pinch_force_element *e = &s->elements[k];
-        if (!find_impulse(&task, e, impulse)) continue;
-        for (int b = 0; b < 2; b++) add_impulse_of(&task, e, b, impulse);
-    }
+    for (int k = 0; k < s->element_count; k++)
+        pinch_force_add_impulse(&s->elements[k], s->step, pinch_force_values(&s->elements[k], value), to);
 }
 
 void pinch_force_move(pinch_force_system *s)
@@ -326,7 +340,7 @@ void pinch_force_move(pinch_force_system *s)
         memcpy(s->q, s->base_q, bytes);
     else
         memset(s->q, 0, bytes);
-    pinch_force_add_impulses(s, PINCH_FORCE_R, NULL, s->q);
+    pinch_force_add_impulses(s, PINCH_FORCE_R, s->q);
     for (int i = 0; i < s->multiplier_count; i++) {
         const pinch_force_multiplier *m = &s->multipliers[i];
         for (int b = 0; b < m->blocks; b++) add_row(&m->block[b], m->y, s->q + m->block[b].first);
@@ -357,29 +371,38 @@ static void move_in_contacts(const pinch_force_system *s)
     for (int i = 0; i < waiting; i++) pinch_add_multiple(n, force[i], line[i], w);
 }
 
+/* Adds what the k-th element has to what is found of a chunk. */
+static inline void evaluate_element(const pinch_force_system *s, int k, pinch_force_partial *found)
+{
+    pinch_force_element *e = &s->elements[k];
+    const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);
+    double *z = pinch_force_values(e, PINCH_FORCE_Z), p[PINCH_CONTACT_ROWS_MAX], f[PINCH_CONTACT_ROWS_MAX];
+    bool inside = true;
+    if (s->in_contacts)
+        trial_at(e, s->condensed->w + s->condensed->first[k], z);
+    else
+        trial_of(e, s->q, z);
+    (void)pinch_contact_law_project(e->law, rho, z, p, NULL);
+    for (int i = 0; i < e->rows; i++) {
+        inside = inside && p[i] == z[i];
+        f[i] = r[i] - p[i];
+        found->sum += s->step / rho[i] * f[i] * f[i];
+    }
+    e->inside = inside;
+    found->off = pinch_larger(found->off, distance_from_law(e, p, f));
+    for (int i = 0; i < e->rows && i < 3; i++) found->force = pinch_larger(found->force, fabs(p[i]));
+}
+
 static void evaluate_elements(void *argument, int first, int end)
 {
     pinch_force_system *s = argument;
-    double sum = 0, h = s->step, off = 0, force = 0;
-    for (int k = first; k < end; k++) {
-        pinch_force_element *e = &s->elements[k];
-        const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);
-        double *z = pinch_force_values(e, PINCH_FORCE_Z), p[PINCH_CONTACT_ROWS_MAX], f[PINCH_CONTACT_ROWS_MAX];
-        if (s->in_contacts)
-            trial_at(e, s->condensed->w + s->condensed->first[k], z);
+    pinch_force_partial found = {.sum = 0};
+    for (int k = first; k < end; k++)
+        if (s->elements[k].rows == PINCH_FORCE_CONTACT) /* whose loops the compiler unrolls */
+            evaluate_element(s, k, &found);
         else
-            trial_of(e, s->q, z);
-        (void)pinch_contact_law_project(e->law, rho, z, p, NULL);
-        e->inside = true;
-        for (int i = 0; i < e->rows; i++) {
-            e->inside = e->inside && p[i] == z[i];
-            f[i] = r[i] - p[i];
-            sum += h / rho[i] * f[i] * f[i];
-        }
-        off = pinch_larger(off, distance_from_law(e, p, f));
-        for (int i = 0; i < e->rows && i < 3; i++) force = pinch_larger(force, fabs(p[i]));
-    }
-    s->partials[first / PINCH_CHUNK] = (pinch_force_partial){.sum = sum, .off = off, .force = force};
+            evaluate_element(s, k, &found);
+    s->partials[first / PINCH_CHUNK] = found;
 }
 
 double pinch_force_evaluate(pinch_force_system *s)

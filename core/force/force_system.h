@@ -251,11 +251,9 @@ double pinch_force_prescribed(const pinch_contact *contact, double step, int row
  * compliance. */
 void pinch_force_elastic(const pinch_force_element *element, double elastic[5]);
 
-/*
- * Adds h G^T x to `to`, x being that value of all elements, whose order gives the sums their bits. With a crew, the
- * clusters gather what is theirs. `first` per cluster: its place in `to`; NULL: that of its unknowns.
- */
-void pinch_force_add_impulses(const pinch_force_system *system, pinch_force_value value, const int *first, double *to);
+/* Adds h G^T x to `to`, x being that value of all elements, whose order gives the sums their bits. With a crew, the
+ * clusters gather what is theirs. */
+void pinch_force_add_impulses(const pinch_force_system *system, pinch_force_value value, double *to);
 
 /* Evaluates q = h G^T r + J^T y. */
 void pinch_force_move(pinch_force_system *system);

@@ -61,12 +61,16 @@ bool pinch_unit_row_make(const pinch_joint_row *row, double step, double w0, pin
 /* The square of one row's length: of a contact, W_ii in (m/s)/(N s) or (rad/s)/(N m s). */
 static inline double pinch_blocks_norm2(const pinch_row_block block[2], int row)
 {
+    enum { BODY = 6 };
     double sum = 0;
-    for (int b = 0; b < 2; b++)
-        for (int k = 0; k < block[b].size; k++) {
-            double g = block[b].g[row * block[b].size + k];
-            sum += g * g;
-        }
+    for (int b = 0; b < 2; b++) {
+        int size = block[b].size;
+        const double *g = block[b].g + row * size;
+        if (size == BODY) /* whose loop the compiler unrolls */
+            for (int k = 0; k < BODY; k++) sum += g[k] * g[k];
+        else
+            for (int k = 0; k < size; k++) sum += g[k] * g[k];
+    }
     return sum;
 }
 

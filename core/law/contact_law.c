@@ -100,10 +100,10 @@ bool pinch_contact_law_project_general(const pinch_contact_law *law, pinch_frict
     return project_ellipsoid(law, f, axis, g, g);
 }
 
-pinch_contact_state pinch_contact_law_project(const pinch_contact_law *law, const double *rho, const double *z,
-                                              double *r, double *derivative)
+/* rows: the law's; the compiler unrolls loops where it is a constant. */
+static inline pinch_contact_state project(const pinch_contact_law *law, int rows, const double *rho, const double *z,
+                                          double *r, double *derivative)
 {
-    int rows = law->rows;
     const double *friction = law->friction;
     if (derivative) memset(derivative, 0, sizeof(double) * (size_t)(rows * rows));
     double slope = pinch_contact_law_clamp_normal(law, z[0], &r[0]) ? 1 : 0, axis[5];
@@ -128,6 +128,12 @@ pinch_contact_state pinch_contact_law_project(const pinch_contact_law *law, cons
     bool open = true;
     for (int i = 0; i < rows; i++) open = open && r[i] == 0;
     return open ? PINCH_CONTACT_OPEN : stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;
+}
+
+pinch_contact_state pinch_contact_law_project(const pinch_contact_law *law, const double *rho, const double *z,
+                                              double *r, double *derivative)
+{
+    return law->rows == 3 ? project(law, 3, rho, z, r, derivative) : project(law, law->rows, rho, z, r, derivative);
 }
 
 typedef struct spring {
