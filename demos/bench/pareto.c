@@ -59,10 +59,12 @@ static const pareto_series all_series[] = {
     GRASP("articulated", bench_build_articulated, 1000, false, 1, 10),
     GRASP("slip", bench_build_slip, 200, false, 1, 10, 100),
     GRASP("cold", bench_build_hands, 200, true, 1, 10, 100),
-    PILE("wall", bench_build_wall, 20, 60, 600, 2000), /* they settle, */
+    PILE("wall", bench_build_wall, 20, 60, 600, 2000), /* these settle, */
     PILE("boxes", bench_build_boxes, 60, 20, 60, 600, 2000),
     PILE("spheres", bench_build_spheres, 80, 60, 600, 2000),
-    PILE("wall-rest", bench_build_wall, 400, 60, 600), /* and have settled */
+    PILE("pyramid", bench_build_pyramid, 20, 210, 820, 5050),
+    PILE("touching", bench_build_touching, 20, 210, 820, 5050),
+    PILE("wall-rest", bench_build_wall, 400, 60, 600), /* and these have settled */
     PILE("boxes-rest", bench_build_boxes, 1000, 60, 600),
     PILE("balls-rest", bench_build_spheres, 1000, 60, 600),
 };
