@@ -56,7 +56,7 @@ static void test_a_running_scene_allocates_nothing(void **state)
 }
 
 /* Columns of cubes side by side, each pressed into its neighbours by a tenth of a millimetre. */
-enum { COLUMNS = 10, ROWS = 8 };
+enum { COLUMNS = 7, ROWS = 6 };
 typedef struct wall {
     dWorldID world;
     dSpaceID space;
