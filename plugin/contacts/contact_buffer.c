@@ -156,7 +156,7 @@ static bool find_surface(pinch_contact_store *store, incoming_contact *c)
     pinch_surface surface;
     c->surface = store->last_given.surface;
     if (c->surface >= 0 && c->swapped == store->last_given.swapped &&
-        memcmp(given, &store->last_given.parameters, sizeof *given) == 0)
+        pinch_surface_is_given_again(given, &store->last_given.parameters))
         return true;
     c->surface = -1;
     if (!pinch_surface_of(c->contact, c->swapped, &surface)) return true;

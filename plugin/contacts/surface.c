@@ -51,6 +51,24 @@ static bool all_numbers(const dSurfaceParameters *s)
     return sum == 0;
 }
 
+bool pinch_surface_is_given_again(const dSurfaceParameters *a, const dSurfaceParameters *b)
+{
+    int mode = a->mode;
+    bool again = mode == b->mode && a->mu == b->mu;
+    if (mode & dContactMu2) again = again && a->mu2 == b->mu2;
+    if (mode & dContactBounce) again = again && a->bounce == b->bounce && a->bounce_vel == b->bounce_vel;
+    if (mode & dContactSoftERP) again = again && a->soft_erp == b->soft_erp;
+    if (mode & dContactSoftCFM) again = again && a->soft_cfm == b->soft_cfm;
+    if (mode & dContactMotion1) again = again && a->motion1 == b->motion1;
+    if (mode & dContactMotion2) again = again && a->motion2 == b->motion2;
+    if (mode & dContactMotionN) again = again && a->motionN == b->motionN;
+    if (mode & dContactSlip1) again = again && a->slip1 == b->slip1;
+    if (mode & dContactSlip2) again = again && a->slip2 == b->slip2;
+    if (mode & dContactRolling) again = again && a->rho == b->rho;
+    if ((mode & dContactRolling) && (mode & dContactAxisDep)) again = again && a->rho2 == b->rho2 && a->rhoN == b->rhoN;
+    return again;
+}
+
 bool pinch_surface_direction(const dContact *contact, double *tangent)
 {
     if (!(contact->surface.mode & dContactFDir1)) return false;
@@ -113,8 +131,7 @@ bool pinch_surface_of(const dContact *contact, bool swapped, pinch_surface *s)
  * Returns the normal row's right hand side as ODE builds it: the push-out velocity and the motion that is aimed at,
  * together no faster than the world allows, or the bounce where that is faster. *rebound is by how much it is.
  */
-static double target_velocity(const pinch_surface *s, dWorldID world, double push_out, double approach,
-                              double *rebound)
+static double target_velocity(const pinch_surface *s, dWorldID world, double push_out, double approach, double *rebound)
 {
     double slow = fmin(push_out + s->motion[0], dWorldGetContactMaxCorrectingVel(world)), target = slow;
     double outgoing = approach - s->motion[0];

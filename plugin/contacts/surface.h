@@ -30,6 +30,10 @@ typedef struct pinch_surface_conditions {
  * parameters that Pinch has no law for. */
 bool pinch_surface_of(const dContact *contact, bool swapped, pinch_surface *surface);
 
+/* Do two contacts have the same surface parameters? Those that the mode does not name, and the gaps between them, have
+ * whatever was in memory, and are not read. */
+bool pinch_surface_is_given_again(const dSurfaceParameters *a, const dSurfaceParameters *b);
+
 /* Reads the first friction direction, unit, world. Returns false where the program gave none that could be one: it is
  * then ODE's own for the normal, pinch_surface_tangent. */
 bool pinch_surface_direction(const dContact *contact, double *tangent);

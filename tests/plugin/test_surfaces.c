@@ -9,6 +9,7 @@
 #include <pinch/ode.h>
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 enum { MAX_POINTS = 8, MAX_BODIES = 12 };
@@ -22,7 +23,8 @@ typedef struct arena {
     dGeomID ground;
     dBodyID body[MAX_BODIES];
     int count;
-    dSurfaceParameters surface;
+    dSurfaceParameters surface, odd_surface;
+    dBodyID odd_one; /* NULL: all have the first surface */
     dVector3 fdir1;
     dJointFeedback feedback[64];
     int joints;
@@ -90,7 +92,7 @@ static void near_callback(void *data, dGeomID g1, dGeomID g2)
     memset(contact, 0, sizeof contact);
     int count = dCollide(g1, g2, MAX_POINTS, &contact[0].geom, sizeof *contact);
     for (int i = 0; i < count; i++) {
-        contact[i].surface = a->surface;
+        contact[i].surface = a->odd_one && (b1 == a->odd_one || b2 == a->odd_one) ? a->odd_surface : a->surface;
         memcpy(contact[i].fdir1, a->fdir1, sizeof contact[i].fdir1);
         a->depth = fmax(a->depth, contact[i].geom.depth);
         dJointID joint = dJointCreateContact(a->world, a->contacts, &contact[i]);
@@ -376,6 +378,69 @@ static void test_bounces_give_no_energy(void **state)
 }
 
 /* Force-dependent slip: a steady force drifts at slip times the force of each contact. */
+/* Lets a box that spins fall onto the ground at a slant, with others beside it that do the same, and their contacts
+ * between its own. Writes where it comes to. */
+static void drop_beside(const dSurfaceParameters *all, const dSurfaceParameters *own, int others, double *end)
+{
+    arena a;
+    arena_make(&a, 0.002);
+    a.surface = *all;
+    a.odd_surface = *own;
+    for (int k = 0; k <= others; k++) {
+        dBodyID body = add_box(&a, 0.1, 1, k == 0 ? 0 : k, 0.06);
+        dBodySetLinearVel(body, 0.6, 0.4, -0.5);
+        dBodySetAngularVel(body, 2, -3, 4);
+        if (k == 0) a.odd_one = body;
+    }
+    arena_run(&a, 0.2);
+    memcpy(end, dBodyGetPosition(a.odd_one), 3 * sizeof *end);
+    memcpy(end + 3, dBodyGetQuaternion(a.odd_one), 4 * sizeof *end);
+    memcpy(end + 7, dBodyGetLinearVel(a.odd_one), 3 * sizeof *end);
+    memcpy(end + 10, dBodyGetAngularVel(a.odd_one), 3 * sizeof *end);
+    arena_free(&a);
+}
+
+/* Contacts whose surfaces differ by one parameter come one after the other, and each has its own. */
+static void test_each_contact_has_its_own_surface(void **state)
+{
+    (void)state;
+    enum { NUMBERS = 13 };
+    const dSurfaceParameters all = {.mode = dContactApprox1 | dContactMu2 | dContactBounce | dContactSoftERP |
+                                            dContactSoftCFM | dContactMotion1 | dContactMotion2 | dContactMotionN |
+                                            dContactSlip1 | dContactSlip2 | dContactRolling,
+                                    .mu = 0.5,
+                                    .mu2 = 0.5,
+                                    .rho = 0.01,
+                                    .rho2 = 0.01,
+                                    .rhoN = 0.01,
+                                    .bounce = 0.3,
+                                    .bounce_vel = 0.01,
+                                    .soft_erp = 0.3,
+                                    .soft_cfm = 1e-4,
+                                    .slip1 = 1e-3,
+                                    .slip2 = 1e-3};
+    const struct {
+        size_t at;
+        dReal value;
+    } other[] = {{offsetof(dSurfaceParameters, mu), 0.2},        {offsetof(dSurfaceParameters, mu2), 0.2},
+                 {offsetof(dSurfaceParameters, rho), 0.05},      {offsetof(dSurfaceParameters, rho2), 0.05},
+                 {offsetof(dSurfaceParameters, rhoN), 0.05},     {offsetof(dSurfaceParameters, bounce), 0.6},
+                 {offsetof(dSurfaceParameters, bounce_vel), 1},  {offsetof(dSurfaceParameters, soft_erp), 0.6},
+                 {offsetof(dSurfaceParameters, soft_cfm), 2e-4}, {offsetof(dSurfaceParameters, motion1), 0.1},
+                 {offsetof(dSurfaceParameters, motion2), 0.1},   {offsetof(dSurfaceParameters, motionN), 0.1},
+                 {offsetof(dSurfaceParameters, slip1), 2e-3},    {offsetof(dSurfaceParameters, slip2), 2e-3}};
+    double usual[NUMBERS], alone[NUMBERS], beside[NUMBERS];
+    drop_beside(&all, &all, 0, usual);
+    for (size_t k = 0; k < sizeof other / sizeof *other; k++) {
+        dSurfaceParameters own = all;
+        memcpy((char *)&own + other[k].at, &other[k].value, sizeof other[k].value);
+        drop_beside(&all, &own, 0, alone);
+        drop_beside(&all, &own, 2, beside);
+        assert_memory_equal(alone, beside, sizeof alone);
+        assert_memory_not_equal(alone, usual, sizeof alone);
+    }
+}
+
 static void test_slip(void **state)
 {
     (void)state;
@@ -468,6 +533,7 @@ int main(void)
         cmocka_unit_test(test_conveyor),
         cmocka_unit_test(test_bounce),
         cmocka_unit_test(test_bounces_give_no_energy),
+        cmocka_unit_test(test_each_contact_has_its_own_surface),
         cmocka_unit_test(test_slip),
         cmocka_unit_test(test_rolling_friction),
         cmocka_unit_test(test_extreme_parameters),
