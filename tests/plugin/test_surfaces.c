@@ -387,10 +387,10 @@ static void drop_beside(const dSurfaceParameters *all, const dSurfaceParameters 
     a.surface = *all;
     a.odd_surface = *own;
     for (int k = 0; k <= others; k++) {
-        dBodyID body = add_box(&a, 0.1, 1, k == 0 ? 0 : k, 0.06);
+        dBodyID body = add_box(&a, 0.1, 1, k - others / 2, 0.06);
         dBodySetLinearVel(body, 0.6, 0.4, -0.5);
         dBodySetAngularVel(body, 2, -3, 4);
-        if (k == 0) a.odd_one = body;
+        if (k == others / 2) a.odd_one = body;
     }
     arena_run(&a, 0.2);
     memcpy(end, dBodyGetPosition(a.odd_one), 3 * sizeof *end);
@@ -435,7 +435,7 @@ static void test_each_contact_has_its_own_surface(void **state)
         dSurfaceParameters own = all;
         memcpy((char *)&own + other[k].at, &other[k].value, sizeof other[k].value);
         drop_beside(&all, &own, 0, alone);
-        drop_beside(&all, &own, 2, beside);
+        drop_beside(&all, &own, 4, beside);
         assert_memory_equal(alone, beside, sizeof alone);
         assert_memory_not_equal(alone, usual, sizeof alone);
     }
