@@ -318,7 +318,7 @@ static inline void find_response(const pinch_force_system *s, const pinch_force_
     for (int b = 0; b < 2; b++)
         if (e->cluster[b] >= 0)
             pinch_force_rows_times(rows, e->block[b].size, e->block[b].g, x + e->block[b].first, moved);
-    if (rows == PINCH_FORCE_CONTACT) /* whose loops the compiler unrolls */
+    if (rows == PINCH_FORCE_CONTACT) /* the same, with loops that the compiler unrolls */
         multiply_by(PINCH_FORCE_CONTACT, -s->step, conductance, moved, impulse);
     else
         multiply_by(rows, -s->step, conductance, moved, impulse);

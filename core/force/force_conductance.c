@@ -159,6 +159,6 @@ static inline bool eliminate(pinch_force_element *e, bool first)
 
 bool pinch_force_eliminate(pinch_force_element *e, bool first)
 {
-    if (e->rows == PINCH_FORCE_CONTACT) return eliminate(e, first); /* whose loops the compiler unrolls */
+    if (e->rows == PINCH_FORCE_CONTACT) return eliminate(e, first); /* the same, with loops that the compiler unrolls */
     return eliminate(e, first);
 }

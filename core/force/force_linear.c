@@ -143,8 +143,8 @@ static void eliminate_elements(void *argument, int first, int end)
     pinch_force_system *s = argument;
     bool singular = false, symmetric = true;
     for (int k = first; k < end && !singular; k++) {
-        const pinch_force_element *e = &s->elements[k];
-        singular = !pinch_force_eliminate(&s->elements[k], s->begins);
+        pinch_force_element *e = &s->elements[k];
+        singular = !pinch_force_eliminate(e, s->begins);
         symmetric = symmetric && e->symmetric;
         if (!s->meets) pinch_force_add_impulse(e, s->step, pinch_force_values(e, PINCH_FORCE_CHANGE), s->rhs);
     }
@@ -207,7 +207,7 @@ static void change_elements(void *argument, int first, int end)
 {
     const pinch_force_system *s = argument;
     for (int k = first; k < end; k++)
-        if (s->elements[k].rows == PINCH_FORCE_CONTACT) /* whose loops the compiler unrolls */
+        if (s->elements[k].rows == PINCH_FORCE_CONTACT) /* the same, with loops that the compiler unrolls */
             change_element(&s->elements[k], s->rhs);
         else
             change_element(&s->elements[k], s->rhs);

@@ -158,7 +158,7 @@ static void set_floor(void *argument, int first, int end)
     pinch_force_system *s = task->system;
     double sum = 0;
     for (int k = first; k < end; k++)
-        if (s->elements[k].rows == PINCH_FORCE_CONTACT) /* as above */
+        if (s->elements[k].rows == PINCH_FORCE_CONTACT) /* the same, with loops that the compiler unrolls */
             sum = set_element(s, &s->elements[k], task->floor, sum);
         else
             sum = set_element(s, &s->elements[k], task->floor, sum);
@@ -231,7 +231,7 @@ static inline void add_impulse(const pinch_force_element *e, double factor, cons
 
 void pinch_force_add_impulse(const pinch_force_element *e, double factor, const double *x, double *q)
 {
-    if (e->rows == PINCH_FORCE_CONTACT) /* whose loops the compiler unrolls */
+    if (e->rows == PINCH_FORCE_CONTACT) /* the same, with loops that the compiler unrolls */
         add_impulse(e, factor, x, q);
     else
         add_impulse(e, factor, x, q);
@@ -398,7 +398,7 @@ static void evaluate_elements(void *argument, int first, int end)
     pinch_force_system *s = argument;
     pinch_force_partial found = {.sum = 0};
     for (int k = first; k < end; k++)
-        if (s->elements[k].rows == PINCH_FORCE_CONTACT) /* whose loops the compiler unrolls */
+        if (s->elements[k].rows == PINCH_FORCE_CONTACT) /* the same, with loops that the compiler unrolls */
             evaluate_element(s, k, &found);
         else
             evaluate_element(s, k, &found);

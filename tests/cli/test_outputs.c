@@ -247,7 +247,6 @@ static void test_full_disk(void **state)
         skip();
     }
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        if (SANITIZED && strncmp(cases[i].line, "bench paper", 11) == 0) continue; /* takes a quarter of a minute */
         char *folder = program_make_folder(), line[2048];
         snprintf(line, sizeof line,
                  "unshare -rm sh -c 'mkdir d && mount -t tmpfs -o size=64k none d && cd d && "
