@@ -6,6 +6,12 @@
 
 enum { ALIGNMENT = PINCH_ARENA_ALIGNMENT, FIRST_BLOCK = 1 << 11 };
 
+#ifdef PINCH_ARENA_APART /* for a test: each array gets a block of its own, whose ends are seen and which can fail alone */
+enum { APART = true };
+#else
+enum { APART = false };
+#endif
+
 /* The blocks from `first` on, up to `last`, which stays. */
 static void free_blocks(pinch_arena_block *first, const pinch_arena_block *last)
 {
@@ -84,7 +90,7 @@ static void replace_base(pinch_arena *arena, size_t size)
 {
     free(arena->base);
     arena->base = malloc(size);
-    arena->size = arena->base ? size : 0;
+    arena->size = arena->base && !APART ? size : 0;
 }
 
 /* A little more than the most that was in use since it was last trimmed: an island that gains a few contacts goes on
@@ -119,13 +125,9 @@ void pinch_arena_trim(pinch_arena *arena, size_t least)
 static bool add_spill(pinch_arena *arena, size_t bytes)
 {
     enum { HEAD = (sizeof(pinch_arena_block) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT, PART = 4, LEAST = 1 << 12 };
-#ifdef PINCH_ARENA_APART
-    size_t room = bytes;
-#else
-    size_t room = (arena->size + arena->spilled) / PART & ~(size_t)(ALIGNMENT - 1);
-    if (room < LEAST) room = LEAST;
+    size_t room = APART ? 0 : (arena->size + arena->spilled) / PART & ~(size_t)(ALIGNMENT - 1);
+    if (room < LEAST && !APART) room = LEAST;
     if (room < bytes) room = bytes;
-#endif
     if (bytes > SIZE_MAX - HEAD) return false;
     pinch_arena_block *block = malloc(HEAD + room);
     if (!block) return false;

@@ -55,14 +55,10 @@ enum { PINCH_ARENA_ALIGNMENT = 16 };
 static inline void *pinch_arena_get(pinch_arena *arena, size_t bytes)
 {
     bytes = (bytes + PINCH_ARENA_ALIGNMENT - 1) & ~(size_t)(PINCH_ARENA_ALIGNMENT - 1);
-#ifdef PINCH_ARENA_APART /* for a test: each array gets a block of its own, whose ends are seen and which can fail alone */
-    return pinch_arena_spill(arena, bytes);
-#else
     if (bytes > arena->size - arena->used) return pinch_arena_spill(arena, bytes);
     void *place = arena->base + arena->used;
     arena->used += bytes;
     return place;
-#endif
 }
 
 #define PINCH_ARENA_ARRAY(arena, type, count) ((type *)pinch_arena_get((arena), (size_t)(count) * sizeof(type)))

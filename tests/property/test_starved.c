@@ -1,7 +1,7 @@
 /*
  * Memory that runs out at any moment of a solve: the call says so, nothing leaks, and the next call gives the bits that
- * it would have given. This program is linked with a core whose scratch arrays are allocations of their own (the
- * definition PINCH_ARENA_APART), so that each can fail alone, and so that the address sanitizer sees where each ends.
+ * it would have given. This program is linked with an arena whose arrays are allocations of their own (the definition
+ * PINCH_ARENA_APART), so that each can fail alone, and so that the address sanitizer sees where each ends.
  */
 #include "support/cmocka_all.h"
 
