@@ -106,7 +106,7 @@ static const option_row table[OPTION_COUNT] = {
     [OPTION_FAIL_ON] = {"fail-on", VALUE_EVENTS, OPTION_FIELD(fail_on), "EVENT,...",
                         "exit status 1 where one of these happened: crush, slip, dropped, limit"},
     [OPTION_BUDGET] = {"budget", VALUE_POSITIVE, OPTION_FIELD(budget), "S",
-                       "seconds of measuring for each size (default 1, piles 2; collide: for all)"},
+                       "seconds of measuring for each size, or row of paper (default 1, piles 2; collide: for all)"},
     [OPTION_THREADS] = {"threads", VALUE_INTEGER, OPTION_FIELD(threads), "N", "threads that solve islands (default 1)",
                         1, OPTIONS_MOST_THREADS},
     [OPTION_RECORD] = {"record", VALUE_FOLDER, OPTION_FIELD(record), "DIR",

@@ -6,7 +6,7 @@
 #include <limits.h>
 #include <string.h>
 
-static const option_id paper_takes[] = {OPTION_SEED,   OPTION_FAITHFUL, OPTION_FACES, OPTION_JSON,
+static const option_id paper_takes[] = {OPTION_SEED,   OPTION_FAITHFUL, OPTION_FACES, OPTION_BUDGET, OPTION_JSON,
                                         OPTION_REPORT, OPTION_PLOT,     OPTION_QUIET, OPTION_COUNT};
 static const option_id collide_takes[] = {OPTION_SEED, OPTION_BUDGET, OPTION_JSON, OPTION_QUIET, OPTION_COUNT};
 static const option_id robots_take[] = {OPTION_SEED, OPTION_MIN_SIZE, OPTION_MAX_SIZE, OPTION_BUDGET,
@@ -105,15 +105,12 @@ const command command_bench = {
     .arguments = "NAME",
     .summary = "runs a benchmark: articulated, carried, cold, collide, hands, paper, pareto, pile, pyramid, robots, "
                "slip, step",
-    .notes = "All benchmarks take --seed, --json and --quiet. paper also takes --faithful (NSNGRK and NSNMGK alone), "
-             "--faces\n"
-             "(that number of faces alone), --report and --plot; collide takes --budget; robots takes --min-size, "
-             "--max-size\n"
-             "and --budget; pareto takes these and --plot; the others take these, --threads and --plot. The seed sets "
-             "the rows that NSNGRK draws in "
-             "paper (50 seeds are run, from "
-             "this\n"
-             "one on), the poses in collide, and the order in which quickstep takes its rows in the others.",
+    .notes =
+        "All benchmarks take --seed, --json and --quiet. paper also takes --faithful (NSNGRK and NSNMGK alone),\n"
+        "--faces (that number of faces alone), --budget, --report and --plot; collide takes --budget; robots takes\n"
+        "--min-size, --max-size and --budget; pareto takes these and --plot; the others take these, --threads and\n"
+        "--plot. The seed sets the rows that NSNGRK draws in paper (50 seeds are run, from this one on), the poses\n"
+        "in collide, and the order in which quickstep takes its rows in the others.",
     .min_arguments = 1,
     .max_arguments = 1,
     .argument_name = benchmark_name,

@@ -234,7 +234,7 @@ static void test_full_disk(void **state)
          "table.csv: cannot be written"},
         {"study " STUDY("step-size.json") " --limit 1 --jobs 1 --quiet --out ../o.sqlite --report page.html",
          "page.html: cannot be written"},
-        {"bench paper --faces 4 --quiet --report page.html", "page.html: cannot be written"},
+        {"bench paper --faces 4 --budget 0.01 --quiet --report page.html", "page.html: cannot be written"},
         {"solve " SCENE("paper/example-1.json") " --json >table.json", "cannot write to standard output"},
         {"exec --stats stats.json -- /bin/true", "stats.json cannot be written"},
         {"exec --stats run.state -- /bin/true", "run.state cannot be written"},

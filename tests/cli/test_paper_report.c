@@ -21,7 +21,8 @@ static int set_up(void **state)
     snprintf(file, sizeof file, "%s/paper.html", folder);
     /* all of it takes half a minute: random grasps and runs, and 4 to 16 faces */
     bool all = getenv("PINCH_TEST_FULL") != NULL;
-    program_result r = PINCH(NULL, "bench", "paper", "--report", file, "--json", all ? NULL : "--faces", "5");
+    program_result r =
+        PINCH(NULL, "bench", "paper", "--report", file, "--json", all ? NULL : "--faces", "5", "--budget", "0.01");
     assert_int_equal(r.status, 0);
     document = json_loads(r.out, 0, NULL);
     assert_non_null(document);

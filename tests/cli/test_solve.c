@@ -365,7 +365,8 @@ static void the_paper_s_benchmark_has_a_row_for_every_problem(void **state)
     (void)state;
     char *folder = program_make_folder(), *const faces[] = {"4", "8"};
     for (int k = 0; k < (SANITIZED ? 1 : 2); k++) {
-        program_result r = PINCH(NULL, "bench", "paper", "--json", "--faces", faces[k], "--plot", folder);
+        program_result r =
+            PINCH(NULL, "bench", "paper", "--json", "--budget", "0.01", "--faces", faces[k], "--plot", folder);
         assert_int_equal(r.status, 0);
         json_t *d = cli_document(&r);
         const json_t *rows = json_object_get(d, "rows");

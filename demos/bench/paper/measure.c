@@ -5,8 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { MOST_REPEATS = 60, LEAST_ROUNDS = 5, MOST_ROUNDS = 25 };
-static const double BUDGET = 1.0; /* s for the rounds of a problem, beyond the least number of them */
+enum { MOST_REPEATS = 60, MOST_ROUNDS = 25 };
 
 /* Sorts the values. For an even count the median is the upper of the two in the middle. */
 static paper_spread spread_of(double *values, int count)
@@ -63,11 +62,11 @@ static run run_between(paper_problem *problem, uint64_t seed, double *before, do
     return r;
 }
 
-static void run_rounds(paper_problem *problem, uint64_t first, samples *s, paper_pair *pair)
+static void run_rounds(paper_problem *problem, uint64_t first, double budget, samples *s, paper_pair *pair)
 {
     double start = clock_thread_seconds();
     for (s->rounds = 0; s->rounds < MOST_ROUNDS; s->rounds++) {
-        if (s->rounds >= LEAST_ROUNDS && clock_thread_seconds() - start > BUDGET) return;
+        if (s->rounds > 0 && clock_thread_seconds() - start > budget) return;
         double before = NAN;
         for (int k = 0; k < PAPER_SEEDS; k++) {
             run after, r = run_between(problem, first + (uint64_t)k, &before, &s->ratio[k][s->rounds], &after);
@@ -110,7 +109,7 @@ static void summarize(samples *s, paper_pair *pair)
     pair->speedup = spread_of(ratios, PAPER_SEEDS);
 }
 
-bool paper_measure_pair(paper_problem *problem, uint64_t first, paper_pair *pair)
+bool paper_measure_pair(paper_problem *problem, uint64_t first, double budget, paper_pair *pair)
 {
     samples s = {.nsngrk = malloc(PAPER_SEEDS * sizeof *s.nsngrk),
                  .ratio = malloc(PAPER_SEEDS * sizeof *s.ratio),
@@ -118,7 +117,7 @@ bool paper_measure_pair(paper_problem *problem, uint64_t first, paper_pair *pair
     bool measured = s.nsngrk && s.ratio && s.nsnmgk;
     *pair = (paper_pair){.rounds = 0};
     if (measured) {
-        run_rounds(problem, first, &s, pair);
+        run_rounds(problem, first, budget, &s, pair);
         summarize(&s, pair);
     }
     free(s.nsngrk);

@@ -93,9 +93,10 @@ typedef struct paper_pair {
  * Times NSNGRK with the seeds from `first` on, each several times, and NSNMGK in turn with it. Both are timed alike,
  * the solve alone. CPU time does not count what other programs take away altogether, but they slow what they leave:
  * each run of NSNGRK is therefore compared with the mean of the two runs of NSNMGK right before and after it. A seed's
- * time is the median of its runs. Returns false where memory ran out.
+ * time is the median of its runs. It ends after `budget` seconds, but not before each has run once. Returns false where
+ * memory ran out.
  */
-bool paper_measure_pair(paper_problem *problem, uint64_t first, paper_pair *pair);
+bool paper_measure_pair(paper_problem *problem, uint64_t first, double budget, paper_pair *pair);
 
 /* Times one method that needs no seeds, `repeats` times (at most 60). */
 paper_measurement paper_measure(paper_problem *problem, const pinch_solver_settings *settings, int repeats);
