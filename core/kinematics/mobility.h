@@ -114,6 +114,14 @@ bool pinch_loops_are_held_once(pinch_arena *arena, const pinch_problem *problem,
 /* Do joints make loops, whose rates are unknowns? */
 bool pinch_mobility_has_loops(const pinch_mobility *mobility);
 
+/*
+ * A part of the next function: finds the clusters, their unknowns, and the directions of these, of which `eliminated`
+ * tells the rows. Where rows are to be kept, it takes them out of `eliminated`, and wants to be called once more.
+ * Returns false as the next function does.
+ */
+bool pinch_mobility_find_structure(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
+                                   pinch_mobility *mobility);
+
 /* Returns false when memory ran out, an inertia is not positive definite, or a hard row acts on a massless drive. */
 bool pinch_mobility_build(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
                           pinch_mobility *mobility);
