@@ -325,7 +325,8 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
 
 /*
  * Leads the forces near a solution along a path, first at the floor of the last step and then at softer ones. *total
- * says how the solve had ended before; where no path arrives, it stays so. Returns false when memory ran out.
+ * says how the solve had ended before; where no path arrives, it stays so, and the velocities are those of the forces
+ * that the last path began with. Returns false when memory ran out.
  */
 static bool continue_along_path(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
                                 const pinch_solver_settings *settings, double *floor, int *try,
@@ -335,7 +336,11 @@ static bool continue_along_path(pinch_arena *arena, pinch_force_system *s, const
     static const double SOFTER = 25;
     pinch_solver_result part;
     *try = 0;
-    if (s->mobility->unknowns + s->multiplier_count > MOST_UNKNOWNS) return true;
+    pinch_force_warm_start(s, problem);
+    if (s->mobility->unknowns + s->multiplier_count > MOST_UNKNOWNS) {
+        pinch_force_move(s);
+        return true;
+    }
     int tries = may_soften(problem) ? PATHS : 1;
     double each = pow((s->mobility->unknowns + s->multiplier_count + 1) / 6.0, 3) / 3 + s->element_count;
     for (; *try < tries && total->status != PINCH_SOLVE_CONVERGED; ++*try) {
@@ -357,6 +362,7 @@ static bool continue_along_path(pinch_arena *arena, pinch_force_system *s, const
         total->newton_steps += part.newton_steps;
         total->residual = part.residual;
     }
+    if (total->status != PINCH_SOLVE_CONVERGED) pinch_force_move(s);
     return true;
 }
 

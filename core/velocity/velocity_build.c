@@ -137,9 +137,8 @@ static void add_rate(const pinch_problem *problem, const pinch_mobility *mobilit
     const pinch_joint_rate *rate = &mobility->loose.rate[k];
     const pinch_cluster *cluster = cluster_of_rate(mobility, &problem->rows[k]);
     row->g = pinch_joint_rate_gain(cluster->space, rate);
-    row->w0 = pinch_joint_rate_start(cluster->space, rate);
-    pinch_rate_row_make(&problem->rows[k], problem->step, cluster->first + cluster->space->unknown[rate->direction],
-                        multiplier, row);
+    pinch_rate_row_make(&problem->rows[k], problem->step, pinch_joint_rate_start(cluster->space, rate),
+                        cluster->first + cluster->space->unknown[rate->direction], multiplier, row);
 }
 
 /* Reduces a row of `parts` parts, which act on two clusters at most. */
@@ -240,7 +239,8 @@ static bool add_row(const row_builder *b, int k, int unknown, pinch_multiplier *
     element->law = (pinch_contact_law){.rows = 1};
     if (!reduce_row(b, k, element)) return false;
     if (row->cfm > 0) {
-        element->trial.a[0] = row->rhs / row->cfm;
+        element->trial.a[0] = (row->rhs - element->w0[0]) / row->cfm; /* see pinch_rate_row_make */
+        element->w0[0] = 0;
         element->trial.g[0] = 1 / row->cfm;
         element->law.low = row->low;
         element->law.high = row->high;

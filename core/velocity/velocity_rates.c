@@ -21,43 +21,45 @@ static inline bool is_inside(const pinch_velocity_system *vs, const pinch_rate_r
     return row->trial - row->low > margin && row->high - row->trial > margin;
 }
 
-static inline double velocity_of(const pinch_rate_row *row, const double *x)
+/* How much the rate changes by forces, times the sign of the row. */
+static inline double change_of(const pinch_rate_row *row, const double *x)
 {
-    return row->w0 + row->g * x[row->unknown];
+    return row->g * x[row->unknown];
 }
 
-void pinch_rate_row_make(const pinch_joint_row *from, double step, int unknown, int multiplier, pinch_rate_row *row)
+void pinch_rate_row_make(const pinch_joint_row *from, double step, double w0, int unknown, int multiplier,
+                         pinch_rate_row *row)
 {
     row->unknown = unknown;
     row->multiplier = -1;
     row->low = from->low;
     row->high = from->high;
     row->trial = from->force;
+    double asked = from->rhs - w0; /* may be so much smaller than either that a force of w alone is rounding */
     if (from->cfm > 0) {
-        row->a = from->rhs / from->cfm;
+        row->a = asked / from->cfm;
         row->gain = 1 / from->cfm;
         return;
     }
     /* its row has the length |g| */
     double sigma = fabs(row->g);
     row->multiplier = multiplier;
-    row->a = (from->rhs - row->w0) / sigma;
+    row->a = asked / sigma;
     row->gain = sigma;
     row->low *= step * sigma;
     row->high *= step * sigma;
     row->g /= sigma;
-    row->w0 = 0;
 }
 
 /* Evaluates a row at x, and returns its impulse there. */
 static inline double evaluate(pinch_rate_row *row, double step, const double *x)
 {
-    double w = velocity_of(row, x);
+    double change = change_of(row, x);
     if (row->multiplier >= 0) {
-        row->trial = x[row->multiplier] - (w - row->a);
+        row->trial = x[row->multiplier] - (change - row->a);
         return x[row->multiplier];
     }
-    row->trial = row->a - row->gain * w;
+    row->trial = row->a - row->gain * change;
     return step * pinch_clamp(row->trial, row->low, row->high);
 }
 

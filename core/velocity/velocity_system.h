@@ -37,14 +37,14 @@ typedef struct pinch_multiplier {
 } pinch_multiplier;
 
 /*
- * A row along the rate of one joint, which is the unknown x: w = w0 + g x. Its force is clamp(a - gain w, low, high),
- * or with a multiplier y = clamp(y - (w - a), low, high), whose unit is that of impulses over the length of its row.
+ * A row along the rate of one joint, which is the unknown x: w = w0 + g x. Its force is clamp(a - gain g x, low, high),
+ * or with a multiplier y = clamp(y - (g x - a), low, high), whose unit is that of impulses over the length of its row.
  */
 typedef struct pinch_rate_row {
     int unknown;
     int multiplier; /* index of y among the unknowns, -1: an explicit force */
-    double g, w0;
-    double a, gain; /* N, N s/m (N m, N m s); of a multiplier the target, and the length of its row */
+    double g;
+    double a, gain; /* N, N s/m (N m, N m s); of a multiplier what is asked for of g x, and the length of its row */
     double low, high;
     double trial; /* at the point last evaluated: what the bounds clamp; at first the force that the row had */
 } pinch_rate_row;
@@ -194,8 +194,9 @@ void pinch_velocity_sticking(pinch_velocity_system *vs, double *jacobian);
 
 /* ---- velocity_rates.c: rows along rates ---- */
 
-/* Fills in a row whose g and w0 are set. One without compliance has the multiplier. */
-void pinch_rate_row_make(const pinch_joint_row *from, double step, int unknown, int multiplier, pinch_rate_row *row);
+/* Fills in a row whose g is set. One without compliance has the multiplier. */
+void pinch_rate_row_make(const pinch_joint_row *from, double step, double w0, int unknown, int multiplier,
+                         pinch_rate_row *row);
 void pinch_rates_evaluate(pinch_velocity_system *vs, const double *x);
 /* Evaluates all at x, takes their impulses from f and writes the rows of their multipliers. */
 void pinch_rates_residual(pinch_velocity_system *vs, const double *x, double *f);

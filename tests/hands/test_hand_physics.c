@@ -68,6 +68,50 @@ static void test_torque_over_lever_arm(void **state)
     check_lever("{\"type\": \"velocity\", \"kd\": 5, \"target\": 2, \"max_force\": 0.2}", 0.2);
 }
 
+/* A body on one joint without damping or friction follows its motor and touches nothing: what the motor has to push
+ * with dies away until it is much less than what rounding leaves of m v / h. */
+static void test_motors_whose_force_dies_away(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *joint, *control;
+        double end; /* m, rad or, where it is INFINITY, not known */
+    } cases[] = {
+        {"slide", "{\"type\": \"position\", \"kp\": 2000, \"kd\": 20, \"target\": [[0, 0], [1, 0.1]]}", 0.1},
+        {"slide", "{\"type\": \"velocity\", \"kd\": 1000, \"target\": 0.1}", INFINITY},
+        {"slide", "{\"type\": \"velocity\", \"kd\": 100, \"target\": 0.1}", INFINITY},
+        {"slide",
+         "{\"type\": \"position\", \"kp\": 1e6, \"kd\": 100, \"target\": [[0, 0], [1, 0.1]], \"max_force\": 3}", 0.1},
+        {"hinge", "{\"type\": \"position\", \"kp\": 2, \"kd\": 0.02, \"target\": [[0, 0], [1, 0.1]]}", 0.1},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char text[2048], *folder = program_make_folder();
+        snprintf(text, sizeof text,
+                 "<mujoco><compiler angle='radian'/><worldbody><body name='base'><geom type='sphere' size='0.005'"
+                 " mass='1'/><body name='finger'><joint name='joint' type='%s' axis='1 0 0' range='-1 1'/>"
+                 "<geom type='box' size='0.005 0.015 0.015' mass='0.1'/></body></body></worldbody></mujoco>",
+                 cases[k].joint);
+        free(program_write_file(folder, "hand.xml", text));
+        snprintf(text, sizeof text,
+                 "{\"format\": \"pinch-scene/1\","
+                 " \"object\": {\"shape\": {\"type\": \"sphere\", \"radius\": 0.02}, \"mass\": 0.1,"
+                 "  \"position\": [0, 1, 0.5]},"
+                 " \"hand\": {\"file\": \"%s/hand.xml\", \"base\": {\"position\": [0, 0, 0.5]},"
+                 "  \"control\": {\"joint\": %s}}}",
+                 folder, cases[k].control);
+        scene *s = scene_from_text(text);
+        program_remove_folder(folder);
+        world *w = world_of(s);
+        world_run_until(w, 1.5);
+        pinch_ode_stats stats = pinch_ode_statistics(w->plugin);
+        assert_int_equal(stats.unconverged_steps + stats.fallback_islands, 0);
+        assert_true(fabs(w->ledger.closure) <= 1e-9 * w->ledger.work_size);
+        if (isfinite(cases[k].end)) assert_close(w->hands[0].joints[0].position, cases[k].end, 1e-9);
+        world_free(w);
+        scene_free(s);
+    }
+}
+
 /* Two bars on hinges without damping, friction or armature swing and touch nothing: their motor's and their weight's
  * work is all in their motion. */
 static void test_energy_of_a_finger_that_touches_nothing(void **state)
@@ -260,6 +304,7 @@ int main(int argc, char **argv)
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_torque_over_lever_arm),
+        cmocka_unit_test(test_motors_whose_force_dies_away),
         cmocka_unit_test(test_energy_of_a_finger_that_touches_nothing),
         cmocka_unit_test(test_dry_friction_of_a_flung_finger),
         cmocka_unit_test(test_random_grasps),

@@ -11,6 +11,7 @@
 #include "solvers/methods.h"
 #include "verify/step_check.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -221,10 +222,50 @@ static void test_kinks(void **state)
     if (follow(cliff, cliff_slope, 4000, &x, &used)) assert_close(cliff(x), 0, 1e-3);
 }
 
+/* A path that does not arrive leaves velocities that its forces give, not what was in memory: a recording of the solve
+ * has them, and a replay has to find the same. */
+static void test_velocities_where_no_path_arrives(void **state)
+{
+    (void)state;
+    enum { MUCH = 1 << 17 }; /* numbers: more than the islands take */
+    static island made;
+    pinch_solver_settings settings = pinch_default_solver_settings();
+    settings.max_iterations = 1;
+    for (int kind = 0; kind < ISLAND_KIND_COUNT; kind++) {
+        if (kind == ISLAND_DRIVES) continue;
+        pinch_arena arena;
+        pinch_mobility mobility;
+        pinch_force_system system = {0};
+        pinch_step_result result = {.solve.status = PINCH_SOLVE_MAX_ITERATIONS};
+        make(&made, kind, 1, false, false);
+        pinch_arena_init(&arena);
+        double *garbage = PINCH_ARENA_ARRAY(&arena, double, MUCH);
+        assert_non_null(garbage);
+        pinch_arena_reset(&arena); /* into one block */
+        garbage = PINCH_ARENA_ARRAY(&arena, double, MUCH);
+        for (int i = 0; i < MUCH; i++) garbage[i] = NAN;
+        pinch_arena_reset(&arena);
+        assert_true(pinch_mobility_build(&arena, &made.problem, PINCH_ELIMINATE_INDEPENDENT, &mobility));
+        assert_true(
+            pinch_force_solve(&arena, &made.problem, &mobility, &settings, PINCH_FORCE_BY_PATH, &system, &result));
+        assert_int_equal(result.solve.status, PINCH_SOLVE_MAX_ITERATIONS);
+        size_t bytes = sizeof *system.q * (size_t)mobility.unknowns;
+        double *left = malloc(bytes);
+        assert_non_null(left);
+        memcpy(left, system.q, bytes);
+        for (int i = 0; i < mobility.unknowns; i++) assert_true(isfinite(left[i]));
+        pinch_force_move(&system);
+        assert_memory_equal(left, system.q, bytes);
+        free(left);
+        pinch_arena_free(&arena);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_paths_lead_to_answers),
+        cmocka_unit_test(test_velocities_where_no_path_arrives),
         cmocka_unit_test(test_shapes),
         cmocka_unit_test(test_kinks),
     };
