@@ -22,11 +22,6 @@ static pinch_ode_stats stats_of(const world *w)
     return w->plugin ? pinch_ode_statistics(w->plugin) : none;
 }
 
-static double per_step(const world *w, double seconds)
-{
-    return w->steps > 0 ? seconds / (double)w->steps * 1e6 : NAN;
-}
-
 /* An object that a hand carries should rest in the hand, and not in the world. */
 static void print_motion_in_hand(const simulation_result *r, FILE *stream)
 {
@@ -90,8 +85,8 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
             number_for_people("%.2g", w->ledger.closure, n[0]), number_for_people("%.3g", w->ledger.work_size, n[1]),
             number_for_people("%.3g", w->ledger.friction, n[2]), number_for_people("%.3g", w->ledger.integrator, n[3]));
     terminal_print(stream, "\n  cost a step: %s us, and %s us for collision detection\n",
-                   number_for_people("%.2f", per_step(w, w->step_s), n[0]),
-                   number_for_people("%.2f", per_step(w, w->collide_s), n[1]));
+                   number_for_people("%.2f", world_us_a_step(w, w->step_s), n[0]),
+                   number_for_people("%.2f", world_us_a_step(w, w->collide_s), n[1]));
     if (w->diverged)
         fputs("  the run diverged: its numbers left the range of double precision, and the next step was not taken\n",
               stream);

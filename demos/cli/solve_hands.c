@@ -100,6 +100,8 @@ static void print_tables(const scene *s, double moment, const hand_statics *x, F
 {
     terminal_print(stream, "%s: %s at %g s by Newton's steps (%d unknowns), %d steps, residual %.2g N, %.3g ms\n",
                    s->name, status_text(x->status), moment, x->unknowns, x->steps, x->residual, 1e3 * x->time);
+    if (x->status == HAND_STATICS_NOT_FOUND)
+        terminal_print(stream, "  No equilibrium was found. There may be none, as where an object touches nothing.\n");
     if (!is_answer(x)) return;
     terminal_print(stream, "  %-16s %-6s %6s %12s %12s %9s\n", "finger", "state", "points", "normal N", "tangential N",
                    "margin");

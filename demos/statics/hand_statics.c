@@ -102,17 +102,18 @@ static bool solve_system(static_system *s, hand_statics *answer)
     static_errors e;
     long double *z = calloc((size_t)s->unknowns + 1, sizeof *z);
     double start = clock_seconds();
+    bool found = false;
     answer->unknowns = s->unknowns;
-    answer->steps = z ? static_solve(s, z, &answer->residual) : -2;
-    bool fine = answer->steps != -2;
+    answer->steps = z ? static_solve(s, z, &answer->residual, &found) : -1;
+    bool fine = answer->steps >= 0;
     answer->status = HAND_STATICS_NOT_FOUND;
-    if (answer->steps >= 0) {
+    answer->time = clock_seconds() - start;
+    if (found) {
         answer->status = static_check(s, z, &e) ? HAND_STATICS_SOLVED : HAND_STATICS_UNVERIFIED;
         answer->force_error = e.force, answer->torque_error = e.torque;
         answer->joint_error = e.joint, answer->motor_error = e.motor;
         answer->cone = e.cone, answer->normal_law = e.normal, answer->slip_direction = e.slip_direction;
         answer->force_scale = e.scale;
-        answer->time = clock_seconds() - start;
         for (int i = 0; i < 3; i++) {
             answer->translation[i] = (double)z[i];
             answer->rotation[i] = (double)z[3 + i];

@@ -259,10 +259,10 @@ static int follow_flow(newton *t, long double *z, long double *error)
     return -steps;
 }
 
-int static_solve(static_system *s, long double *z, double *residual)
+int static_solve(static_system *s, long double *z, double *residual, bool *found)
 {
     newton t;
-    int steps = -2;
+    int steps = -1;
     if (newton_start(&t, s)) {
         long double error;
         memset(z, 0, (size_t)s->unknowns * sizeof *z);
@@ -275,7 +275,7 @@ int static_solve(static_system *s, long double *z, double *residual)
             steps += abs(taken);
         }
         *residual = (double)error;
-        if (taken < 0) steps = -1;
+        *found = taken >= 0;
     }
     free(t.f);
     free(t.column);

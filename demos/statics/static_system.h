@@ -68,9 +68,10 @@ void static_system_free(static_system *system);
 void static_add_motion(const static_system *system, dBodyID body, const double point[3], const double d[3], bool turns,
                        double sign, double *g);
 
-/* static_solve.c: semi-smooth Newton on F from z = 0. Returns the number of steps; -1: none led to an answer; -2: no
- * memory. z (unknowns), and w, r, y in the system receive the answer. *residual: |F| in N, moments over the lever. */
-int static_solve(static_system *system, long double *z, double *residual);
+/* static_solve.c: semi-smooth Newton on F from z = 0. Returns the number of steps; -1: no memory. *found tells whether
+ * they led to an answer, which z (unknowns), and w, r, y in the system receive. *residual: |F| in N, moments over the
+ * lever. */
+int static_solve(static_system *system, long double *z, double *residual, bool *found);
 
 /* How far an answer is from the laws, in N, moments over the lever; from the contacts' and the world's data alone. */
 typedef struct static_errors {

@@ -189,6 +189,8 @@ static void test_refusals(void **state)
         {HEAD "\"least\": {\"path\": \"/object/mass\", \"from\": 2, \"to\": 1}}", "least.to"},
         {HEAD "\"record\": [\"object.colour\"]}", "study.json:3: record[0]"},
         {HEAD "\"record\": [\"grasp.beauty\"]}", "record[0]"},
+        {HEAD "\"record\": [\"object.creep\", \"fingers.*.beauty\"]}", "record[1]"},
+        {HEAD "\"record\": [\"fingers.thumb.beauty\"]}", "record[0]"},
         {HEAD VARY "\"values\": [\"heavy\"]}]}", "object.mass: expected a number"},
         {HEAD VARY "\"uniform\": [-2, -1]}]}", "study.json: vary: no trial tried is a legal scene; in trial 0, "},
     };

@@ -77,13 +77,12 @@ static const double SURFACE_TOLERANCE = 1e-6;
 /* "snap" takes a point to the surface from no farther than this. */
 static const double SNAP_TOLERANCE = 0.01;
 
-/* Puts a point that is off the surface onto it, where the scene says so, or refuses it with the nearest one. */
-static bool snap_point(const scene_node *node, const scene_object *object, double gap, double point[3],
+/* Puts a point that is off the surface onto it, where it may snap, or refuses it with the nearest one. */
+static bool snap_point(const scene_node *node, const scene_object *object, bool snap, double gap, double point[3],
                        scene_finger *finger)
 {
     double tolerance = SURFACE_TOLERANCE * 2.0 * object->shape.bounding_radius, nearest[3], world[3];
-    bool snap = false, found = scene_shape_nearest(&object->shape, point, tolerance, nearest);
-    if (!scene_read_boolean(node, "snap", &snap)) return false;
+    bool found = scene_shape_nearest(&object->shape, point, tolerance, nearest);
     scene_rotate(object->orientation, nearest, world);
     for (int i = 0; i < 3; i++) world[i] += object->position[i];
     if (snap && found && fabs(gap) <= SNAP_TOLERANCE * 2.0 * object->shape.bounding_radius) {
@@ -103,12 +102,14 @@ static bool snap_point(const scene_node *node, const scene_object *object, doubl
 static bool check_surface(const scene_node *node, const scene_object *object, scene_finger *finger)
 {
     double offset[3], point[3], normal[3];
+    bool snap = false;
+    if (!scene_read_boolean(node, "snap", &snap)) return false;
     scene_subtract(finger->point, object->position, offset);
     scene_rotate_back(object->orientation, offset, point);
     scene_rotate_back(object->orientation, finger->normal, normal);
     double tolerance = SURFACE_TOLERANCE * 2.0 * object->shape.bounding_radius;
     double gap = scene_shape_distance(&object->shape, point);
-    if (!(fabs(gap) <= tolerance) && !snap_point(node, object, gap, point, finger)) return false;
+    if (!(fabs(gap) <= tolerance) && !snap_point(node, object, snap, gap, point, finger)) return false;
     if (scene_shape_points_in(&object->shape, point, normal, tolerance)) return true;
     scene_node member = scene_member(node, "normal");
     return scene_refuse_plainly(&member, "a normal that points into the object, got one that points out of it or along "

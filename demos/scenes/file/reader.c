@@ -187,9 +187,22 @@ static const struct {
     const char *unit;
     double least, most;
 } magnitudes[] = {
-    {"", 0, 1e15},       {"m", 1e-9, 1e6},         {"kg", 1e-12, 1e9}, {"N", 1e-12, 1e12}, {"N m", 1e-12, 1e12},
-    {"N/m", 1e-6, 1e15}, {"N m/rad", 1e-12, 1e15}, {"N s/m", 0, 1e15}, {"Pa", 1e-3, 1e18}, {"N m s/rad", 0, 1e15},
-    {"m/s^2", 0, 1e9},   {"rad", 0, 1e6},          {"Hz", 0, 1e9},
+    {"", 0, 1e15},
+    {"m", 1e-9, 1e6},
+    {"kg", 1e-12, 1e9},
+    {"N", 1e-12, 1e12},
+    {"N m", 1e-12, 1e12},
+    {"N/m", 1e-6, 1e15},
+    {"N m/rad", 1e-12, 1e15},
+    {"N s/m", 0, 1e15},
+    {"Pa", 1e-3, 1e18},
+    {"N m s/rad", 0, 1e15},
+    {"m/s^2", 0, 1e9},
+    {"rad", 0, 1e6},
+    {"Hz", 0, 1e9},
+    {"N m/rad or N/m", 0, 1e15},
+    {"N m s/rad or N s/m", 0, 1e15},
+    {"N m or N", 1e-12, 1e12},
 };
 
 static bool read_number(const scene_node *node, scene_range range, const char *unit, double *out)

@@ -18,11 +18,6 @@ static pinch_ode_stats stats_of(const world *w)
     return w->plugin ? pinch_ode_statistics(w->plugin) : none;
 }
 
-static double per_step(const world *w, double seconds)
-{
-    return w->steps > 0 ? seconds / (double)w->steps * 1e6 : NAN;
-}
-
 static json_t *finger_document(const world_finger *finger)
 {
     const world_finger_state *s = &finger->state;
@@ -220,14 +215,14 @@ json_t *simulation_document(const world *w, const simulation_result *r, bool wit
     json_t *not_expressed = json_array();
     world_not_expressed(w, json_append_text, not_expressed);
     double islands = stats.islands > 0 ? (double)stats.islands : NAN;
-    json_t *head =
-        json_pack("{s:s, s:o, s:s, s:s, s:s, s:s, s:I, s:o, s:o, s:o, s:o}", "command", "run", "scene",
-                  json_text(w->scene->file), "status", pinch_solve_status_text(world_solve_status(w)), "contact_solver",
-                  world_solver_name(w->settings.contact_solver), "solver",
-                  pinch ? pinch_solver_name(w->settings.solver.solver) : world_solver_name(w->settings.contact_solver),
-                  "formulation", scene_formulation_name(w->scene->solver.formulation), "steps", (json_int_t)w->steps,
-                  "time_s", json_number(w->time), "step_us", json_number(per_step(w, w->step_s)), "collide_us",
-                  json_number(per_step(w, w->collide_s)), "solve_us", json_number(per_step(w, w->solve_s)));
+    json_t *head = json_pack(
+        "{s:s, s:o, s:s, s:s, s:s, s:s, s:I, s:o, s:o, s:o, s:o}", "command", "run", "scene", json_text(w->scene->file),
+        "status", pinch_solve_status_text(world_solve_status(w)), "contact_solver",
+        world_solver_name(w->settings.contact_solver), "solver",
+        pinch ? pinch_solver_name(w->settings.solver.solver) : world_solver_name(w->settings.contact_solver),
+        "formulation", scene_formulation_name(w->scene->solver.formulation), "steps", (json_int_t)w->steps, "time_s",
+        json_number(w->time), "step_us", json_number(world_us_a_step(w, w->step_s)), "collide_us",
+        json_number(world_us_a_step(w, w->collide_s)), "solve_us", json_number(world_us_a_step(w, w->solve_s)));
     json_t *solve = json_pack(
         "{s:o, s:{s:o, s:o, s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "iterations_mean",
         pinch_number(pinch, (double)stats.iterations / islands), "islands_by", "projections",

@@ -248,6 +248,11 @@ double world_slip_margin(const world_finger *finger)
     return 1 - reach / s->normal_force;
 }
 
+double world_us_a_step(const world *w, double seconds)
+{
+    return w->timed_steps > 0 ? seconds / (double)w->timed_steps * 1e6 : NAN;
+}
+
 pinch_solve_status world_solve_status(const world *w)
 {
     if (w->diverged) return PINCH_SOLVE_DIVERGED;

@@ -201,6 +201,7 @@ world_status world_advance(world *w)
     if (w->plugin) world_update_ledger(w);
     put_bases_exactly(w, t1);
     w->steps++;
+    w->timed_steps++;
     w->time = t1;
     return world_read_fingers(w);
 }

@@ -160,7 +160,8 @@ struct world {
     energy_ledger ledger;   /* WORLD_PINCH only */
     double depth_max;       /* m, over the run */
     double collide_s, solve_s,
-        step_s; /* wall time of the run in s: collision detection; the contact solve; handing over to emptying */
+        step_s;       /* wall time of the run in s: collision detection; the contact solve; handing over to emptying */
+    long timed_steps; /* these are the times of so many steps: not of those before a run was resumed */
 };
 
 typedef enum world_status {
@@ -185,6 +186,9 @@ bool world_give_contacts(world *w, const world_contact *contacts, int count);
 void world_external_wrench(const world *w, int object, double force[3], double moment[3]);
 /* The same of all that touches the object. */
 void world_contact_wrench(const world *w, int object, double force[3], double moment[3]);
+
+/* Returns a time of the run per step, in us; NaN where no step was timed. */
+double world_us_a_step(const world *w, double seconds);
 
 /* How the run was solved: converged when every step was solved and verified. */
 pinch_solve_status world_solve_status(const world *w);
