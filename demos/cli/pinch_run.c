@@ -71,6 +71,10 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
                                                                         : "no",
                        stats.residual_max, stats.cone, stats.unconverged_steps,
                        stats.islands ? (double)stats.iterations / (double)stats.islands : 0);
+    if (stats.fallback_islands)
+        terminal_print(
+            stream, "\n  left to ODE's solver %ld times, where no answer passed its checks (--record DIR keeps these)",
+            stats.fallback_islands);
     if (stats.too_soft_islands)
         terminal_print(stream,
                        "\n  too soft %ld times: stiff contacts gave way so that forces miss their law by up to %.3g N",

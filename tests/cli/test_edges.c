@@ -24,6 +24,17 @@ static void assert_no_nan(program_result r)
     program_free(&r);
 }
 
+static void failed_solves_are_told(void **state)
+{
+    (void)state;
+    program_result r = PINCH(NULL, "run", SCENE("twist.json"), "--max-iterations", "1", "--duration", "0.05");
+    assert_int_equal(r.status, 1);
+    assert_says(r.out, "verified: no");
+    assert_says(r.out, "left to ODE's solver 49 times");
+    assert_says(r.out, "--record DIR");
+    program_free(&r);
+}
+
 static void numbers_for_people(void **state)
 {
     (void)state;
@@ -179,9 +190,10 @@ static void options_without_effect(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(numbers_for_people),       cmocka_unit_test(long_work_tells_how_far_it_is),
-        cmocka_unit_test(faithful_is_not_verified), cmocka_unit_test(no_escape_without_proof),
-        cmocka_unit_test(points_off_the_surface),   cmocka_unit_test(options_without_effect),
+        cmocka_unit_test(failed_solves_are_told),        cmocka_unit_test(numbers_for_people),
+        cmocka_unit_test(long_work_tells_how_far_it_is), cmocka_unit_test(faithful_is_not_verified),
+        cmocka_unit_test(no_escape_without_proof),       cmocka_unit_test(points_off_the_surface),
+        cmocka_unit_test(options_without_effect),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
