@@ -13,7 +13,8 @@ static void print_help(FILE *stream)
 {
     fputs("usage: pinch COMMAND [OPTIONS] ...\n\nPinch solves compliant fingertip contacts. Commands:\n", stream);
     for (const command *const *c = command_table; *c; c++) fprintf(stream, "  %-10s %s\n", (*c)->name, (*c)->summary);
-    fputs("\npinch COMMAND --help shows the options of a command, pinch --version shows the version.\n"
+    fputs("\npinch COMMAND --help, or pinch help COMMAND, shows the options of a command, pinch --version shows the "
+          "version.\n"
           "pinch --manual DIR writes manual pages and completions for bash, zsh and fish into DIR.\n"
           "Exit status: 0 done and verified, 1 no verified answer or a tolerance broken, 2 usage or bad input, "
           "3 system failure, 128 + N ended by signal N (what was done until then is shown).\n",
@@ -32,24 +33,36 @@ static void print_version(void)
     printf("pinch %s\n", pinch_version());
 }
 
+/* Returns NULL where there is none. */
+static const command *command_named(const char *name)
+{
+    const command *found = NULL;
+    for (const command *const *k = command_table; *k; k++)
+        if (strcmp(name, (*k)->name) == 0) found = *k;
+    return found;
+}
+
 static command_status run(int argc, char **argv)
 {
     if (argc < 2) {
         print_help(stderr);
         return COMMAND_BAD_INPUT;
     }
-    const command *c = NULL;
-    for (const command *const *k = command_table; *k; k++)
-        if (strcmp(argv[1], (*k)->name) == 0) c = *k;
+    const command *c = command_named(argv[1]), *about = NULL;
     if (!c) {
-        if (strcmp(argv[1], "--help") == 0) {
+        bool help = strcmp(argv[1], "help") == 0;
+        if (help && argc == 3) about = command_named(argv[2]);
+        if (about) {
+            print_command_help(about);
+        } else if ((help && argc == 2) || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) {
             print_help(stdout);
         } else if (strcmp(argv[1], "--version") == 0) {
             print_version();
         } else if (strcmp(argv[1], "--manual") == 0 && argc == 3) {
             return manual_write(argv[2]);
         } else {
-            terminal_print(stderr, "pinch: unknown command \"%s\"; pinch --help lists them\n", argv[1]);
+            terminal_print(stderr, "pinch: unknown command \"%s\"; pinch --help lists them\n",
+                           argv[help && argc == 3 ? 2 : 1]);
             return COMMAND_BAD_INPUT;
         }
         return COMMAND_DONE;

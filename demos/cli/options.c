@@ -222,7 +222,7 @@ static options_outcome refuse_option(const command *c, const char *argument)
 static options_outcome take_option(const command *c, int argc, char **argv, int *i, options *o)
 {
     char *argument = argv[*i];
-    if (strcmp(argument, "--help") == 0) return OPTIONS_HELP;
+    if (strcmp(argument, "--help") == 0 || strcmp(argument, "-h") == 0) return OPTIONS_HELP;
     if (strcmp(argument, "--version") == 0) return OPTIONS_VERSION;
     const char *value;
     option_id id = strncmp(argument, "--", 2) == 0 ? find(c, argument, &value) : OPTION_COUNT;

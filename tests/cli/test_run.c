@@ -390,7 +390,18 @@ static void test_help(void **state)
     static const char *const options[] = {"--solver", "--contact-solver", "--duration", "--step", "--json",
                                           "--csv",    "--quiet"};
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) assert_non_null(strstr(r.out, options[i]));
+    for (int way = 0; way < 2; way++) {
+        program_result other = way ? PINCH(NULL, "help", "run") : PINCH(NULL, "run", "-h");
+        assert_int_equal(other.status, 0);
+        assert_string_equal(other.out, r.out);
+        program_free(&other);
+    }
     program_free(&r);
+    r = PINCH(NULL, "help");
+    assert_int_equal(r.status, 0);
+    assert_non_null(strstr(r.out, "usage: pinch COMMAND"));
+    program_free(&r);
+    cli_refused(PINCH(NULL, "help", "walk"), 2, "unknown command \"walk\"");
 }
 
 int main(void)
