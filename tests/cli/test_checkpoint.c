@@ -47,29 +47,6 @@ static char *text_of(program_result r, int status)
     return text;
 }
 
-static double us_a_step(program_result r)
-{
-    assert_int_equal(r.status, 0);
-    json_t *document = cli_document(&r);
-    program_free(&r);
-    double us = json_number_value(json_object_get(document, "step_us"));
-    json_decref(document);
-    return us;
-}
-
-/* A run that goes on at its last steps tells what these took each: not a twentieth of it, over all steps of the run. */
-static void test_times_are_of_own_steps(void **state)
-{
-    (void)state;
-    char *folder = program_make_folder();
-    double whole = us_a_step(PINCH(folder, "run", SCENE("egg.json"), "--json", "--duration", "0.4", "--checkpoint",
-                                   "run.state", "--every", "380"));
-    double end =
-        us_a_step(PINCH(folder, "run", SCENE("egg.json"), "--json", "--duration", "0.4", "--resume", "run.state"));
-    assert_true(end > 0.2 * whole);
-    program_remove_folder(folder);
-}
-
 static char *whole_run(const char *scene)
 {
     return text_of(PINCH(NULL, "run", scene, "--json"), 0);
@@ -267,7 +244,6 @@ static void test_no_room(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_times_are_of_own_steps),
         cmocka_unit_test(test_all_scenes_resume),
         cmocka_unit_test(test_kills),
         cmocka_unit_test(test_interrupt_keeps_the_state),

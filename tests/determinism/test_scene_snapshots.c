@@ -12,6 +12,7 @@
 #include "support/started_run.h"
 
 #include <glob.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -192,9 +193,30 @@ static void test_saved_scenes_go_on_to_the_same_bits(void **state)
     program_remove_folder(folder);
 }
 
+/* A run that goes on from a checkpoint knows the times of its own steps alone, and is not to divide them by all. */
+static void test_times_are_of_own_steps(void **state)
+{
+    (void)state;
+    enum { BEFORE = 30, OWN = 7 };
+    scene *s = load(PINCH_SOURCE_DIR "/assets/scenes/egg.json");
+    started_run first = start(s), second = start(s);
+    advance(&first, BEFORE);
+    checkpoint c = save(&first, BEFORE);
+    assert_int_equal(simulation_resume(second.s, c.bytes, c.size), CHECKPOINT_FINE);
+    assert_true(isnan(world_us_a_step(second.w, 1)));
+    advance(&second, OWN);
+    assert_int_equal(second.w->steps, BEFORE + OWN);
+    assert_close(world_us_a_step(second.w, 1e-6 * OWN), 1, 1e-12);
+    run_end(&first);
+    run_end(&second);
+    free(c.bytes);
+    scene_free(s);
+}
+
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_saved_scenes_go_on_to_the_same_bits)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_saved_scenes_go_on_to_the_same_bits),
+                                       cmocka_unit_test(test_times_are_of_own_steps)};
     self = argv[0];
     chosen = argv + 1;
     dInitODE2(0);
