@@ -113,8 +113,8 @@ static void test_jams_give_no_energy(void **state)
 }
 
 /* A body that appears deep in another is pushed by contacts that contradict each other. While these were soft, the two
- * sank into each other; stiff, they threw them with nine times the energy. Pushes put in no more than was taken out, and
- * what overlaps ask for. New bodies bring most of the energy of this world. */
+ * sank into each other; stiff, they threw them with nine times the energy. Pushes put in no more than was taken out,
+ * and what overlaps ask for. New bodies bring most of the energy of this world. */
 static void test_pushes_give_no_energy(void **state)
 {
     (void)state;
