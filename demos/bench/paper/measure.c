@@ -5,7 +5,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { MOST_REPEATS = 60, MOST_ROUNDS = 25 };
+enum { MOST_REPEATS = 60, LEAST_ROUNDS = 5, MOST_ROUNDS = 25 };
+static const double BUDGET = 1.0; /* s for the rounds of a problem, beyond the least number of them */
 
 /* Sorts the values. For an even count the median is the upper of the two in the middle. */
 static paper_spread spread_of(double *values, int count)
@@ -65,8 +66,10 @@ static run run_between(paper_problem *problem, uint64_t seed, double *before, do
 static void run_rounds(paper_problem *problem, uint64_t first, double budget, samples *s, paper_pair *pair)
 {
     double start = clock_thread_seconds();
+    int least = budget > 0 ? 1 : LEAST_ROUNDS;
+    if (budget <= 0) budget = BUDGET;
     for (s->rounds = 0; s->rounds < MOST_ROUNDS; s->rounds++) {
-        if (s->rounds > 0 && clock_thread_seconds() - start > budget) return;
+        if (s->rounds >= least && clock_thread_seconds() - start > budget) return;
         double before = NAN;
         for (int k = 0; k < PAPER_SEEDS; k++) {
             run after, r = run_between(problem, first + (uint64_t)k, &before, &s->ratio[k][s->rounds], &after);

@@ -93,8 +93,8 @@ typedef struct paper_pair {
  * Times NSNGRK with the seeds from `first` on, each several times, and NSNMGK in turn with it. Both are timed alike,
  * the solve alone. CPU time does not count what other programs take away altogether, but they slow what they leave:
  * each run of NSNGRK is therefore compared with the mean of the two runs of NSNMGK right before and after it. A seed's
- * time is the median of its runs. It ends after `budget` seconds, but not before each has run once. Returns false where
- * memory ran out.
+ * time is the median of its runs. It ends after `budget` seconds, but not before each has run
+ * once; with a budget of 0 after a second, but not before each has run five times. Returns false where memory ran out.
  */
 bool paper_measure_pair(paper_problem *problem, uint64_t first, double budget, paper_pair *pair);
 

@@ -9,11 +9,10 @@
 bool paper_measure_row(const bench_request *o, paper_example *e, pinch_statics *statics, int faces, paper_row *row)
 {
     enum { REPEATS = 25 };
-    double budget = o->budget > 0 ? o->budget : 1;
     paper_problem problem;
     *row = (paper_row){.example = e->name, .faces = e->frictional ? faces : 0};
-    bool made =
-        paper_problem_create(statics, e, faces, &problem) && paper_measure_pair(&problem, o->seed, budget, &row->pair);
+    bool made = paper_problem_create(statics, e, faces, &problem) &&
+                paper_measure_pair(&problem, o->seed, o->budget, &row->pair);
     row->size = problem.lcp.size;
     if (made && !o->faithful) {
         pinch_statics_settings standard = pinch_default_statics_settings();
