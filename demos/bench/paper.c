@@ -233,8 +233,7 @@ static command_status write_report(const char *path, const json_t *document)
         paper_page(document, file.stream);
         written = whole_file_close(&file, true);
     }
-    if (!written) command_error("bench", "%s: cannot be written", path);
-    return written ? COMMAND_DONE : COMMAND_SYSTEM;
+    return written ? COMMAND_DONE : command_cannot_write("bench", path);
 }
 
 static command_status present(const bench_request *o, const paper_row *rows, int count, paper_example *examples,

@@ -210,8 +210,7 @@ static command_status write_file(const char *path, const json_t *document,
         write(document, file.stream);
         if (whole_file_close(&file, true)) return COMMAND_DONE;
     }
-    command_error("compare", "%s: cannot be written", path);
-    return COMMAND_SYSTEM;
+    return command_cannot_write("compare", path);
 }
 
 /* Writes a header line, then a row for each scene, run and metric. A metric without a value is left empty. */
@@ -271,8 +270,7 @@ static command_status write_report(const char *path, const json_t *document, con
         report_write(document, libraries, file.stream);
         if (whole_file_close(&file, true)) return COMMAND_DONE;
     }
-    command_error("compare", "%s: cannot be written", path);
-    return COMMAND_SYSTEM;
+    return command_cannot_write("compare", path);
 }
 
 /* Films are for the report alone. */

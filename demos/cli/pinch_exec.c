@@ -213,18 +213,13 @@ static command_status read_old(const char *stats, old_file *old)
     return there ? COMMAND_BAD_INPUT : COMMAND_SYSTEM;
 }
 
-/* Writes the file as a whole or not at all. Of a link it replaces the file behind it. */
+/* Writes the file as a whole or not at all. */
 static bool replace_file(const char *path, const char *text, size_t length)
 {
     whole_file file;
-    char *real = realpath(path, NULL);
-    bool good = whole_file_open(&file, real ? real : path);
-    if (good) {
-        (void)fwrite(text, 1, length, file.stream);
-        good = whole_file_close(&file, true);
-    }
-    free(real);
-    return good;
+    if (!whole_file_open(&file, path)) return false;
+    (void)fwrite(text, 1, length, file.stream);
+    return whole_file_close(&file, true);
 }
 
 static void put_back(const char *path, const old_file *old)

@@ -143,13 +143,13 @@ static command_status write_picture(const char *path, const scene *s)
     if (!picture) {
         command_error("hand", "out of memory");
     } else if (!whole_file_open(&file, path)) {
-        command_error("hand", "%s: cannot be written", path);
+        (void)command_cannot_write("hand", path);
     } else {
         bool drawn = gltf_write(picture, file.stream), written = whole_file_close(&file, drawn);
         if (!drawn)
             command_error("hand", "out of memory");
         else if (!written)
-            command_error("hand", "%s: cannot be written", path);
+            (void)command_cannot_write("hand", path);
         status = drawn && written ? COMMAND_DONE : COMMAND_SYSTEM;
     }
     film_free(picture);

@@ -177,14 +177,14 @@ typedef struct run_files {
 static bool open_file(whole_file *file, const char *path)
 {
     if (!path || whole_file_open(file, path)) return true;
-    command_error("run", "%s: cannot be written", path);
+    (void)command_cannot_write("run", path);
     return false;
 }
 
 static bool close_file(whole_file *file, const char *path, bool keep)
 {
     if (!file->stream || whole_file_close(file, keep)) return true;
-    command_error("run", "%s: cannot be written", path);
+    (void)command_cannot_write("run", path);
     return false;
 }
 

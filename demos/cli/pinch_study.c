@@ -149,15 +149,9 @@ static char *start_of_command(const options *o, const study *s)
     return NULL;
 }
 
-static command_status refuse_file(const char *path)
-{
-    command_error("study", "%s: cannot be written", path);
-    return COMMAND_SYSTEM;
-}
-
 static command_status close_file(whole_file *file, const char *path, bool good, const results_error *error)
 {
-    if (!whole_file_close(file, good) && good) return refuse_file(path);
+    if (!whole_file_close(file, good) && good) return command_cannot_write("study", path);
     return good ? COMMAND_DONE : fail(error);
 }
 
@@ -166,7 +160,7 @@ static command_status write_csv(const char *path, results *r)
     whole_file file;
     results_error error;
     if (!path) return COMMAND_DONE;
-    if (!whole_file_open(&file, path)) return refuse_file(path);
+    if (!whole_file_open(&file, path)) return command_cannot_write("study", path);
     return close_file(&file, path, put_csv(r, file.stream, &error), &error);
 }
 
@@ -182,7 +176,7 @@ static command_status write_report(const options *o, const study *s, results *r,
     if (!start)
         command_error("study", "out of memory");
     else if (!whole_file_open(&file, o->report))
-        status = refuse_file(o->report);
+        status = command_cannot_write("study", o->report);
     else
         status = close_file(&file, o->report, study_report(r, s, &settings, file.stream, &error), &error);
     free(start);

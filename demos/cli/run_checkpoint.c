@@ -47,12 +47,6 @@ static command_status read_from(run_checkpoint *c)
     return done;
 }
 
-static command_status cannot_write(const char *path)
-{
-    command_error("run", "%s: cannot be written", path);
-    return COMMAND_SYSTEM;
-}
-
 /* The first checkpoint may be hours away. What is there stays. */
 static bool can_be_written(const char *path)
 {
@@ -70,7 +64,7 @@ command_status run_checkpoint_prepare(const options *o, run_checkpoint *c)
                       o->checkpoint ? "checkpoint" : "resume", world_solver_name(o->contact_solver));
         return COMMAND_BAD_INPUT;
     }
-    if (o->checkpoint && !can_be_written(o->checkpoint)) return cannot_write(o->checkpoint);
+    if (o->checkpoint && !can_be_written(o->checkpoint)) return command_cannot_write("run", o->checkpoint);
     if (!o->resume) return COMMAND_DONE;
     c->from_path = o->resume;
     return read_from(c);
@@ -119,5 +113,5 @@ command_status run_checkpoint_step(const run_checkpoint *c, simulation *s, long 
     }
     bool written = write_whole(c->path, bytes, size);
     free(bytes);
-    return written ? COMMAND_DONE : cannot_write(c->path);
+    return written ? COMMAND_DONE : command_cannot_write("run", c->path);
 }

@@ -2,8 +2,10 @@
 
 #include "terminal.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 void command_error(const char *name, const char *format, ...)
 {
@@ -15,4 +17,11 @@ void command_error(const char *name, const char *format, ...)
     fprintf(stderr, "pinch %s: ", name);
     terminal_text(text, stderr);
     fputs(length >= (int)sizeof text ? "...\n" : "\n", stderr);
+}
+
+command_status command_cannot_write(const char *name, const char *path)
+{
+    int error = errno;
+    command_error(name, "%s: cannot be written%s%s", path, error != 0 ? ": " : "", error != 0 ? strerror(error) : "");
+    return COMMAND_SYSTEM;
 }

@@ -13,4 +13,7 @@ typedef enum command_status {
 /* Writes "pinch NAME: ..." and a line feed to standard error, as terminal_text does. At most 2,047 bytes. */
 void command_error(const char *name, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+/* Says that the file could not be written, and why, from errno (0: it is not known). Returns COMMAND_SYSTEM. */
+command_status command_cannot_write(const char *name, const char *path);
+
 #endif

@@ -90,45 +90,70 @@ static FILE *open_beside(char *path)
         FILE *stream = fdopen(descriptor, "w");
         if (stream) return stream;
     }
+    int error = errno;
     close(descriptor);
     remove(path);
+    errno = error;
     return NULL;
+}
+
+static char *copy_of(const char *path)
+{
+    char *real = realpath(path, NULL);
+    return real ? real : strdup(path);
 }
 
 bool whole_file_open(whole_file *file, const char *path)
 {
-    size_t length = strlen(path);
     memset(file, 0, sizeof *file);
-    file->path = malloc(length + 1);
-    if (!file->path) return false;
-    memcpy(file->path, path, length + 1);
     if (is_special(path)) {
         file->stream = open_special(path);
-    } else {
-        file->beside = malloc(length + 8);
-        if (file->beside) {
-            memcpy(file->beside, path, length);
-            memcpy(file->beside + length, ".XXXXXX", 8);
-            file->stream = open_beside(file->beside);
-            if (file->stream) note_unfinished(file->beside);
-        }
+        return file->stream != NULL;
+    }
+    file->path = copy_of(path);
+    if (!file->path) return false;
+    size_t length = strlen(file->path);
+    file->beside = malloc(length + 8);
+    if (file->beside) {
+        memcpy(file->beside, file->path, length);
+        memcpy(file->beside + length, ".XXXXXX", 8);
+        file->stream = open_beside(file->beside);
+        if (file->stream) note_unfinished(file->beside);
     }
     if (file->stream) return true;
+    int error = errno;
     free(file->path);
     free(file->beside);
+    errno = error;
     return false;
+}
+
+/* What errno said when an earlier write failed may have been overwritten since. What was in the way is so mostly still,
+ * and stops one more write; 0 where it does not. */
+static int reason_now(int descriptor)
+{
+    static const char block[4096];
+    return write(descriptor, block, sizeof block) < 0 ? errno : 0;
 }
 
 bool whole_file_close(whole_file *file, bool keep)
 {
     bool written = !ferror(file->stream);
-    written = fclose(file->stream) == 0 && written;
+    int error = !written && file->beside ? reason_now(fileno(file->stream)) : 0;
+    if (fclose(file->stream) != 0) {
+        if (written) error = errno;
+        written = false;
+    }
     if (file->beside) {
-        if (written && keep) written = rename(file->beside, file->path) == 0;
+        if (written && keep) {
+            written = rename(file->beside, file->path) == 0;
+            error = errno;
+        }
         if (!written || !keep) remove(file->beside);
         forget_unfinished(file->beside);
     }
     free(file->path);
     free(file->beside);
+    errno = error;
     return written;
 }

@@ -5,16 +5,16 @@
 #include <stdio.h>
 
 /* A file that is there as a whole or not at all: it is written beside its place and moved there at the end. A device or
- * a pipe is written to directly. */
+ * a pipe is written to directly. Of a link, the file behind it is replaced. */
 typedef struct whole_file {
     FILE *stream; /* write to this */
     char *path, *beside;
 } whole_file;
 
-/* Returns false where the file cannot be written. */
+/* Returns false, with the reason in errno, where the file cannot be written. */
 bool whole_file_open(whole_file *file, const char *path);
 /* Moves the file to its place. Removes it instead where something could not be written or `keep` is false. Returns
- * false where it could not be written. */
+ * false where it could not be written, with the reason in errno, or 0 there where it is not known. */
 bool whole_file_close(whole_file *file, bool keep);
 
 #endif

@@ -245,11 +245,14 @@ command_status plot_write(const char *command, const char *folder, const char *s
         char path[4096];
         whole_file file;
         int length = snprintf(path, sizeof path, "%s/%s.%s", folder, stem, files[i].suffix);
-        bool open = length > 0 && (size_t)length < sizeof path && whole_file_open(&file, path);
+        if (length < 0 || (size_t)length >= sizeof path) {
+            errno = ENAMETOOLONG;
+            return command_cannot_write(command, folder);
+        }
+        bool open = whole_file_open(&file, path);
         bool made = open && files[i].write(p, file.stream);
         if (open && whole_file_close(&file, made) && made) continue;
-        command_error(command, "%s/%s.%s: cannot be written", folder, stem, files[i].suffix);
-        return COMMAND_SYSTEM;
+        return command_cannot_write(command, path);
     }
     return COMMAND_DONE;
 }

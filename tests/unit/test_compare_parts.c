@@ -15,9 +15,11 @@
 #include "compare/solver_run.h"
 #include "support/program.h"
 
+#include <errno.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 enum { STEPS = 400 };
@@ -246,8 +248,22 @@ static void test_whole_file(void **state)
         free(text);
         assert_int_equal(program_count_entries(folder), 1);
     }
+    char *link = program_write_file(folder, "link", "");
+    assert_int_equal(unlink(link), 0);
+    assert_int_equal(symlink("file", link), 0);
     whole_file file;
+    assert_true(whole_file_open(&file, link));
+    fputs("through the link", file.stream);
+    assert_true(whole_file_close(&file, true));
+    char *text = program_read_file(path);
+    assert_string_equal(text, "through the link");
+    free(text);
+    struct stat about;
+    assert_int_equal(lstat(link, &about), 0);
+    assert_true(S_ISLNK(about.st_mode));
     assert_false(whole_file_open(&file, "/nowhere/at/all"));
+    assert_int_equal(errno, ENOENT);
+    free(link);
     free(path);
     program_remove_folder(folder);
 }
