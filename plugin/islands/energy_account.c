@@ -39,6 +39,8 @@ enum { STEPS_OF_FALL = 50 }; /* held in any case */
 
 /* Where a step needed less than this part of what it had, the next goes by this factor faster. */
 static const double EASY = 0.25, FASTER = 1.5;
+/* Where errors could not be taken back at all, this is tried next: what was in the way may be gone. */
+static const double LEAST = 0.01;
 
 void pinch_accounts_free(pinch_joint_accounts *a)
 {
@@ -224,7 +226,7 @@ void pinch_open_fallback_account(const pinch_step_context *context, const pinch_
 static void keep_fallback_account(const pinch_step_context *context, pinch_island_graph *graph,
                                   const pinch_island *island)
 {
-    static const double GAIN = 0.01, SLOWER = 0.25, LEAST = 0.01;
+    static const double GAIN = 0.01, SLOWER = 0.25;
     const pinch_island_joints *j = &island->joints;
     double weight, mass, fall = pinch_fall_in_step(context);
     double kinetic = kinetic_energy(context, &graph->bodies, island->bodies, &weight, &mass);
@@ -258,5 +260,5 @@ void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *g
     if (island->phase != PINCH_ISLAND_SOLVED || j->joint_rows == 0) return; /* none was opened without rows */
     double left = fmax(j->energy - j->overdraft - j->work, 0);
     bool easy = j->work <= EASY * j->energy;
-    write_accounts(context, graph, island, left, easy ? fmin(FASTER * j->pace, 1) : j->pace);
+    write_accounts(context, graph, island, left, easy ? fmin(fmax(FASTER * j->pace, LEAST), 1) : j->pace);
 }

@@ -202,35 +202,43 @@ bool pinch_open_push(const pinch_step_context *context, const pinch_contact_stor
     return true;
 }
 
-/* Finds the velocity (m/s) of body 1 relative to body 2 at a contact, before its force acts. */
-static void find_velocity_before(const pinch_problem *problem, const pinch_contact *c, double *velocity)
+/* An answer, and the bodies that have not moved yet. */
+typedef struct answer {
+    const pinch_step_bodies *bodies;
+    pinch_range range;
+    const pinch_problem *problem;
+} answer;
+
+/* Finds the velocity (m/s) of body 1 relative to body 2 at a contact, before the step. (That of the problem's bodies
+ * has weight in it.) */
+static void find_velocity_before(const answer *a, const pinch_contact *c, double *velocity)
 {
     memset(velocity, 0, 3 * sizeof *velocity);
     for (int side = 0; side < 2; side++) {
-        int body = side ? c->body2 : c->body1;
+        int number = side ? c->body2 : c->body1;
         double arm[3], turned[3];
-        if (body < 0) continue;
-        const pinch_body *b = &problem->bodies[body];
-        pinch_v3_sub(c->position, b->position, arm);
-        pinch_v3_cross(b->velocity + 3, arm, turned);
-        pinch_v3_add_scaled(velocity, side ? -1 : 1, b->velocity);
+        if (number < 0) continue;
+        dBodyID body = pinch_island_body(a->bodies, a->range, number)->body;
+        pinch_v3_sub(c->position, a->problem->bodies[number].position, arm);
+        pinch_v3_cross(dBodyGetAngularVel(body), arm, turned);
+        pinch_v3_add_scaled(velocity, side ? -1 : 1, dBodyGetLinearVel(body));
         pinch_v3_add_scaled(velocity, side ? -1 : 1, turned);
     }
 }
 
 /* Returns the mean normal velocity (m/s) of a contact in the step: times h and its force, the energy that it gives. */
-static double mean_velocity(const pinch_problem *problem, const pinch_contact *c)
+static double mean_velocity(const answer *a, const pinch_contact *c)
 {
     double before[3];
-    find_velocity_before(problem, c, before);
+    find_velocity_before(a, c, before);
     return 0.5 * (c->relative_velocity[0] - c->surface_velocity[0] + pinch_v3_dot(before, c->normal));
 }
 
 /* Returns the power (W) of friction in the same sense, but for what a surface that moves by itself does. */
-static double mean_power_of_friction(const pinch_problem *problem, const pinch_contact *c)
+static double mean_power_of_friction(const answer *a, const pinch_contact *c)
 {
     double before[3], t2[3];
-    find_velocity_before(problem, c, before);
+    find_velocity_before(a, c, before);
     pinch_v3_cross(c->normal, c->tangent1, t2);
     double along1 = c->relative_velocity[1] + c->surface_velocity[1] + pinch_v3_dot(before, c->tangent1);
     double along2 = c->relative_velocity[2] + c->surface_velocity[2] + pinch_v3_dot(before, t2);
@@ -245,17 +253,18 @@ static bool moves_along(const pinch_contact *c)
 
 /* Returns the work (J) that surfaces do on bodies as they move by themselves. In a jam some give what others take, so
  * that their sum counts; where it is negative, they have only taken. */
-static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_problem *problem,
-                               const pinch_island *island)
+static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
+                               const pinch_problem *problem, const pinch_island *island)
 {
+    answer found = {bodies, island->bodies, problem};
     double power = 0;
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count && island->surface_limit > 0; k++) {
         const pinch_contact *c = &problem->contacts[k];
         double rebound = next_rebound(&at);
-        if (moves_along(c)) power += mean_power_of_friction(problem, c);
+        if (moves_along(c)) power += mean_power_of_friction(&found, c);
         for (int i = 1; i < 4; i++) power -= c->force[i] * c->surface_velocity[i];
-        if (drives_on(c, rebound)) power += c->force[0] * mean_velocity(problem, c);
+        if (drives_on(c, rebound)) power += c->force[0] * mean_velocity(&found, c);
     }
     return fmin(fmax(problem->step * power, 0), island->surface_limit);
 }
@@ -263,11 +272,12 @@ static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_
 void pinch_judge_push(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
                       const pinch_problem *problem, pinch_island *island)
 {
-    double gain = pinch_kinetic_gain(bodies, island->bodies, problem), put_in = gain, by_contacts = INFINITY;
-    double of_surfaces = work_of_surfaces(contacts, problem, island);
+    double lag, gain = pinch_kinetic_gain(bodies, island->bodies, problem, &lag) + lag, put_in = gain;
+    double by_contacts = INFINITY;
+    double of_surfaces = work_of_surfaces(contacts, bodies, problem, island);
     if (island->joints.joint_rows > 0) {
         by_contacts = pinch_contact_work(problem);
-        put_in = island->joints.work + by_contacts; /* without what motors and springs of joints do */
+        put_in = island->joints.work + by_contacts + lag; /* without what motors and springs of joints do */
     }
     put_in -= of_surfaces;
     island->push_work = put_in <= by_contacts - of_surfaces ? put_in : by_contacts - of_surfaces;

@@ -22,8 +22,10 @@ bool pinch_joints_close_loops(const pinch_joint_store *store, const pinch_step_b
 /* joint_energy.c: may the row put energy in, as motors and springs do? */
 bool pinch_row_may_drive(const pinch_joint_row *row);
 /* joint_energy.c: returns what an answer adds to the kinetic energy of an island's bodies (J), but for what their
- * weight and other external forces do. range: these bodies. */
-double pinch_kinetic_gain(const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem);
+ * weight and other external forces do as bodies move by v+. range: these bodies. *lag: what is to be added where they
+ * are taken to move by the mean of v and v+. */
+double pinch_kinetic_gain(const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem,
+                          double *lag);
 /* joint_energy.c: returns the work (J) of contacts by the velocities at the end of a step, but for what their surfaces
  * do that move by themselves. */
 double pinch_contact_work(const pinch_problem *problem);

@@ -88,36 +88,46 @@ typedef struct gain_task {
     pinch_range range;
     const pinch_problem *problem;
     int from; /* the first body */
-    double gain[64];
+    double gain[64], lag[64];
 } gain_task;
 
 static void sum_gains(void *argument, int first, int end)
 {
     gain_task *task = argument;
     const pinch_problem *problem = task->problem;
-    double gain = 0;
+    double gain = 0, lag = 0;
     for (int b = task->from + first; b < task->from + end; b++) {
         const pinch_body *body = &problem->bodies[b];
         dBodyID moved = pinch_island_body(task->bodies, task->range, b)->body;
-        double before[6], weight = 0;
+        double before[6], weight = 0, change = 0;
         pinch_v3_copy(before, dBodyGetLinearVel(moved));
         pinch_v3_copy(before + 3, dBodyGetAngularVel(moved));
-        for (int i = 0; i < 6; i++) weight += body->external[i] * body->velocity_end[i];
+        for (int i = 0; i < 6; i++) {
+            weight += body->external[i] * body->velocity_end[i];
+            change += body->external[i] * (body->velocity_end[i] - before[i]);
+        }
         weight += body->drive_force * pinch_v3_dot(body->drive_axis, body->velocity_end); /* of force control */
         gain += kinetic_energy(body, body->velocity_end) - kinetic_energy(body, before) - problem->step * weight;
+        lag += 0.5 * problem->step * change;
     }
+    task->lag[first / PINCH_CHUNK] = lag;
     task->gain[first / PINCH_CHUNK] = gain;
 }
 
-double pinch_kinetic_gain(const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem)
+double pinch_kinetic_gain(const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem,
+                          double *lag)
 {
     gain_task task = {.bodies = bodies, .range = range, .problem = problem};
     const int most = PINCH_CHUNK * (int)(sizeof task.gain / sizeof *task.gain);
     double gain = 0;
+    *lag = 0;
     for (; task.from < problem->body_count; task.from += most) {
         int left = problem->body_count - task.from, count = left < most ? left : most;
         pinch_loop(problem->crew, count, sum_gains, &task);
-        for (int k = 0; k < pinch_chunk_count(count); k++) gain += task.gain[k];
+        for (int k = 0; k < pinch_chunk_count(count); k++) {
+            gain += task.gain[k];
+            *lag += task.lag[k];
+        }
     }
     return gain;
 }
@@ -125,7 +135,7 @@ double pinch_kinetic_gain(const pinch_step_bodies *bodies, pinch_range range, co
 double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joints *joints,
                         const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem)
 {
-    double gain = pinch_kinetic_gain(bodies, range, problem);
+    double lag, gain = pinch_kinetic_gain(bodies, range, problem, &lag);
     return gain - driven_work(store, joints, problem) - pinch_contact_work(problem);
 }
 
