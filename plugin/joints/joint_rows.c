@@ -7,8 +7,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Compliance below this part of what the step itself gives a row (h J M^-1 J^T) is treated as none. */
-static const double HARD_COMPLIANCE = 1e-3;
+/* Compliance below this part of what the step itself gives a row (h J M^-1 J^T) is treated as none: that of the world,
+ * which all joints get, and one that somebody has given to a motor, a stop or a suspension. The latter is a spring or a
+ * dashpot. It may be soft for the mechanism behind a light body, and next to nothing for that body. */
+static const double HARD_COMPLIANCE = 1e-3, HARD_OWN_COMPLIANCE = 1e-6;
 
 /* ---- the types of joints ---- */
 
@@ -250,11 +252,11 @@ static double moves(body_mobility of, const double j[6])
 static void harden(const pinch_row_builder *b)
 {
     body_mobility first = mobility_of(b->body[0]);
-    double little = HARD_COMPLIANCE * b->h;
     pinch_joint_row *end = b->rows->row + b->rows->count;
     for (pinch_joint_row *row = b->rows->row; row < end; row++) {
         if (row->cfm == 0) continue;
-        double trace = moves(first, row->j1);
+        double trace = moves(first, row->j1),
+               little = b->h * (row->cfm == b->cfm ? HARD_COMPLIANCE : HARD_OWN_COMPLIANCE);
         bool hard = row->cfm <= little * trace;
         if (!hard && b->body[1]) /* few rows need to know it of their second body */
             hard = row->cfm <= little * (trace + moves(mobility_of(b->body[1]), row->j2));
