@@ -10,8 +10,11 @@
  * So it is bounded what contacts may put in. Where they would put more in, bodies come apart more slowly.
  *
  *  - Contacts put in what the kinetic energy gains but for the work of weight, of motors and springs of joints, and of
- *    surfaces that move. One by one they cannot be judged: in a jam, some give what others take. Where joints put in
- *    what contacts do not, that is for the account of joints to judge (energy_account.c).
+ *    surfaces that move. Weight and surfaces work along the mean of the velocities before and after the step, v and v+,
+ *    as the kinetic energy changes by just what all forces do along it. With v+ instead, an elastic rebound would seem
+ *    to gain h m g v+, and a box that a belt takes uphill more than the belt gives. One by one they cannot be judged:
+ * in a jam, some give what others take. Where joints put in what contacts do not, that is for the account of joints to
+ * judge (energy_account.c).
  *  - They keep a balance, as joints do: they may put in what bodies have lost in contacts not long before (time-domain
  *    passivity), about the energy that overlaps ask for by themselves, once, and a part of a step's fall, with which
  *    all overlaps go in the end. Joints may hang all bodies of an island on one that is pushed. With more in each step,
