@@ -336,7 +336,7 @@ static command_status choose_moment(const options *o, const scene *s, double *mo
 
 static command_status solve_scene(const options *o, const scene *s)
 {
-    command_status status = command_check_pair("solve", COMMAND_STATIC, s->solver.name, s->solver.formulation);
+    command_status status = command_check_statics("solve", s);
     if (status != COMMAND_DONE) return status;
     solution x = {.s = s, .settings = settings_of(o, s), .moment = NAN};
     status = choose_moment(o, s, &x.moment);
