@@ -41,20 +41,6 @@ static command_status check_index(const study *s, long index)
     return COMMAND_BAD_INPUT;
 }
 
-/* The run to show of a trial: the first that fails, of a protocol with several. */
-static int run_to_show(const study *s, long index)
-{
-    if (s->protocol.type != STUDY_SIX_FORCES) return 0;
-    dInitODE2(0);
-    json_t *trial = trial_run(s, index), *directions = json_object_get(trial, "directions");
-    int run = 0;
-    for (size_t i = json_array_size(directions); i-- > 0;)
-        if (!json_is_true(json_object_get(json_array_get(directions, i), "success"))) run = (int)i;
-    json_decref(trial);
-    world_close_ode();
-    return run;
-}
-
 static void print_inputs(const study *s, json_t *inputs, int run)
 {
     const char *place;
@@ -79,8 +65,10 @@ static command_status show_trial(const options *o, const study *s)
     double begin;
     command_status status = check_index(s, index);
     if (status != COMMAND_DONE) return status;
-    int run = o->print ? 0 : run_to_show(s, index);
-    json_t *inputs = study_draw(s, index);
+    int run = 0;
+    dInitODE2(0);
+    json_t *inputs = trial_inputs(s, index, o->print ? NULL : &run);
+    world_close_ode();
     if (!inputs) return refuse("out of memory", SCENE_NO_MEMORY);
     scene_status read = trial_scene(s, inputs, run, &drawn, &begin, &error);
     if (read != SCENE_OK) {
