@@ -332,12 +332,29 @@ static command_status check_trials(const study *s)
     return status == SCENE_OK ? COMMAND_DONE : refuse(error.text, status);
 }
 
+/* What is written when all trials are done may be hours away. What is there stays. */
+static command_status check_written(const char *path)
+{
+    return !path || whole_file_can_be_written(path) ? COMMAND_DONE : command_cannot_write("study", path);
+}
+
+/* What could go wrong at the end is looked at before anything is begun. */
+static command_status check_ends(const options *o, const study *s)
+{
+    results_error error;
+    command_status status = check_written(o->csv);
+    if (status == COMMAND_DONE) status = check_written(o->report);
+    if (status != COMMAND_DONE || !o->beside || results_check_beside(o->beside, s, &error)) return status;
+    return fail(&error);
+}
+
 /* Rank 0, or a process without MPI. */
 static command_status run_all(const options *o, study *s, bool ranks)
 {
     results_error error;
     page_libraries *libraries = NULL;
     command_status status = check_trials(s);
+    if (status == COMMAND_DONE) status = check_ends(o, s);
     if (status == COMMAND_DONE && o->report) status = page_libraries_load("study", &libraries);
     if (status != COMMAND_DONE) return status;
     process_keep_signals(); /* from here on the end is in order */
