@@ -7,9 +7,11 @@
 #include "scenes/file/reader.h"
 #include "scenes/world/simulation.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static const scene_key study_keys[] = {
     {"format", true}, {"name", false},     {"source", false},  {"scene", true},  {"trials", true},  {"vary", false},
@@ -57,6 +59,9 @@ static bool read_scene(const scene_node *root, study *s)
     if (!s->scene_file) return scene_refuse_memory(root->reader);
     reader.file = s->scene_file;
     scene *base = NULL;
+    /* one that is not there is named where the study names it */
+    if (access(s->scene_file, R_OK) != 0)
+        return scene_refuse(&node, "a scene file that can be read (%s)", strerror(errno));
     if (scene_read_document(&reader, &s->scene_text, &s->scene)) {
         s->scene_length = reader.length;
         reader.status =
@@ -186,7 +191,7 @@ static bool read_events(const scene_node *node, unsigned *set)
         int event = 0;
         while (event < EVENT_COUNT && !(name && strcmp(name, simulation_event_name((simulation_event_type)event)) == 0))
             event++;
-        if (event == EVENT_COUNT) return scene_refuse(&element, "crush, slip or dropped");
+        if (event == EVENT_COUNT) return scene_refuse(&element, "crush, slip, dropped or limit");
         *set |= 1u << event;
     }
     return true;

@@ -159,7 +159,8 @@ static void test_refusals(void **state)
     } cases[] = {
         {"{}", "study.json:1: format: expected this key"},
         {"{\"format\": \"pinch-study/1\",\n \"scene\": \"nowhere.json\", \"trials\": {\"samples\": 1}}",
-         "nowhere.json"},
+         "study.json:2: scene: expected a scene file that can be read (No such file or directory), got "
+         "\"nowhere.json\""},
         {"{\"format\": \"pinch-study/2\",\n \"scene\": \"cube.json\", \"trials\": {\"samples\": 1}}", "pinch-study/1"},
         {"{\"format\": \"pinch-study/1\", \"scene\": \"cube.json\",\n\"trials\": {}}", "study.json:2: trials.samples"},
         {"{\"format\": \"pinch-study/1\", \"scene\": \"cube.json\",\n\"trials\": {\"samples\": 0}}", "trials.samples"},
@@ -226,6 +227,16 @@ static void test_refusals(void **state)
     free(program_write_file(folder, "grasps2.csv", "x,y,x\n1,2,3\n"));
     cli_refused(PINCH(folder, "study", "study.json", "--out", "r.sqlite"), 2,
                 "grasps2.csv:1: expected each column once, got \"x\" as columns 1 and 3");
+    static const char *const tables[][2] = {
+        {"x,y\n1,0x10\n", "grasps2.csv:2: column y: expected a number, got \"0x10\""},
+        {"x,\"y\n1,2\n", "grasps2.csv:1: expected quotation marks that begin and end a field"},
+        {"x,\"y\"z\n1,2\n", "grasps2.csv:1: expected quotation marks"},
+        {"x,y\n1,\"2\n", "grasps2.csv:2: expected quotation marks"},
+    };
+    for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
+        free(program_write_file(folder, "grasps2.csv", tables[i][0]));
+        cli_refused(PINCH(folder, "study", "study.json", "--out", "r.sqlite"), 2, tables[i][1]);
+    }
     /* as a spreadsheet writes it, with a byte order mark and line ends of two characters */
     free(program_write_file(folder, "grasps2.csv", "\xEF\xBB\xBFx,y\r\n1,2\r\n"));
     study_free(load(HEAD "\"table\": \"grasps2.csv\", " VARY "\"columns\": [\"x\"]}]}"));
