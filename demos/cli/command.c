@@ -42,52 +42,26 @@ command_status command_load_scene(const options *o, const char *file, scene **s)
     }
 }
 
-/* Which solvers do the exact cone. All of them do the linearized one. */
-static const bool exact_cone[2][PINCH_SOLVER_COUNT] = {
-    [COMMAND_STATIC] = {[PINCH_SOLVER_NSNMGK] = true, [PINCH_SOLVER_NEWTON] = true},
-    [COMMAND_RUN] = {[PINCH_SOLVER_NSNMGK] = true, [PINCH_SOLVER_NSNGRK] = true, [PINCH_SOLVER_NEWTON] = true},
-};
-
-bool command_pair_exists(command_use use, pinch_solver solver, scene_formulation formulation)
+command_status command_check_statics(const char *name, const scene *s)
 {
-    return formulation == SCENE_LCP || exact_cone[use][solver];
-}
-
-command_status command_check_pair(const char *name, command_use use, pinch_solver solver, scene_formulation formulation)
-{
-    if (command_pair_exists(use, solver, formulation)) return COMMAND_DONE;
-    char list[256];
-    size_t used = 0;
-    for (int f = 0; f < SCENE_FORMULATION_COUNT; f++)
-        for (int s = 0; s < PINCH_SOLVER_COUNT; s++) {
-            if (!command_pair_exists(use, (pinch_solver)s, (scene_formulation)f) || used >= sizeof list) continue;
-            int n = snprintf(list + used, sizeof list - used, "%s%s with %s", used ? ", " : "",
-                             pinch_solver_name((pinch_solver)s), scene_formulation_name((scene_formulation)f));
-            used += n > 0 ? (size_t)n : 0;
-        }
-    command_error(name, "solver %s does not do formulation %s here; there are %s", pinch_solver_name(solver),
-                  scene_formulation_name(formulation), list);
+    char text[SCENE_SOLVER_TEXT];
+    if (scene_check_pair(SCENE_FOR_STATICS, &s->solver, text)) return COMMAND_DONE;
+    command_error(name, "%s: %s", s->file, text);
     return COMMAND_BAD_INPUT;
 }
 
 command_status command_check_run(const char *name, const scene *s)
 {
-    command_status status = command_check_pair(name, COMMAND_RUN, s->solver.name, s->solver.formulation);
-    /* The scene's own values were checked when it was read, but options may have replaced them. */
-    if (status == COMMAND_DONE && !scene_steps_fit(s->duration, s->step)) {
-        command_error(name, "%s: a duration of %g s is %g steps of %g s; expected at least half a step and at most %g",
-                      s->file, s->duration, s->duration / s->step, s->step, SCENE_MOST_STEPS);
+    char text[SCENE_SOLVER_TEXT];
+    if (!scene_check_solver(s, text)) {
+        command_error(name, "%s: %s", s->file, text);
         return COMMAND_BAD_INPUT;
     }
-    bool lcp_only = s->solver.name >= PINCH_SOLVER_LEMKE;
-    for (size_t i = 0; i < s->finger_count && status == COMMAND_DONE; i++) {
-        if (!lcp_only || !s->fingers[i].has_normal_force) continue;
-        command_error(name,
-                      "%s: solver %s does not do force control, which finger %s asks for; nsnmgk, nsngrk and newton do",
-                      s->file, pinch_solver_name(s->solver.name), s->fingers[i].name);
-        status = COMMAND_BAD_INPUT;
-    }
-    return status;
+    /* The scene's own values were checked when it was read, but options may have replaced them. */
+    if (scene_steps_fit(s->duration, s->step)) return COMMAND_DONE;
+    command_error(name, "%s: a duration of %g s is %g steps of %g s; expected at least half a step and at most %g",
+                  s->file, s->duration, s->duration / s->step, s->step, SCENE_MOST_STEPS);
+    return COMMAND_BAD_INPUT;
 }
 
 static bool same_file(const char *one, const char *other)

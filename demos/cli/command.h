@@ -55,20 +55,10 @@ enum { COMMAND_MOST_RECORDINGS = 100 };
  * on standard error. */
 command_status command_make_folder(const char *name, const char *folder, char *path, size_t size);
 
-typedef enum command_use {
-    COMMAND_STATIC = 0, /* solve, lcp, bench paper */
-    COMMAND_RUN         /* run, compare */
-} command_use;
-
-/* Does `solver` do `formulation` in this use? */
-bool command_pair_exists(command_use use, pinch_solver solver, scene_formulation formulation);
-/* Returns COMMAND_DONE when `solver` does `formulation` in this use. Otherwise it returns COMMAND_BAD_INPUT, after a
- * message that lists the pairs that exist. */
-command_status command_check_pair(const char *name, command_use use, pinch_solver solver,
-                                  scene_formulation formulation);
-
-/* The same for a scene in a run. The solvers for complementarity problems alone (Lemke's method, PGS) do not do force
- * control, because its base is an unknown. */
+/* Refuses a scene whose solver does not do its formulation in the statics. */
+command_status command_check_statics(const char *name, const scene *s);
+/* Refuses a scene that Pinch cannot run with its solver, and one whose steps, which options may have changed, do not
+ * fit its duration. */
 command_status command_check_run(const char *name, const scene *s);
 
 #endif

@@ -10,7 +10,7 @@ const char exec_solvers[] = "nsnmgk, nsngrk or newton";
 
 bool exec_solver_steps(const options *o)
 {
-    return !o->given[OPTION_SOLVER] || command_pair_exists(COMMAND_RUN, o->solver, SCENE_COULOMB);
+    return !o->given[OPTION_SOLVER] || scene_pair_exists(SCENE_FOR_RUN, o->solver, SCENE_COULOMB);
 }
 
 static command_status refuse_key(const char *file, const char *key, const char *expected)

@@ -20,6 +20,7 @@ typedef struct solution {
     pinch_statics_result result;
     double time;   /* s, that the solve took */
     double moment; /* s, of the schedule; NaN: its first entry */
+    bool searched; /* for the reserves, which are NaN otherwise */
     pinch_static_limits limits;
     pinch_static_limit least_closing;
     grasp_directions directions; /* count 0: not asked for */
@@ -64,10 +65,10 @@ static json_t *finger_documents(const solution *x)
     return list;
 }
 
-/* The bounds of a limit between which it lies. */
-static json_t *limit_document(const pinch_static_limit *limit)
+/* The bounds of a limit between which it lies. What was not looked for has no status. */
+static json_t *limit_document(const pinch_static_limit *limit, bool searched)
 {
-    return json_pack("{s:s, s:o, s:o}", "status", pinch_solve_status_text(limit->status), "holds",
+    return json_pack("{s:s?, s:o, s:o}", "status", searched ? pinch_solve_status_text(limit->status) : NULL, "holds",
                      json_number(limit->holds), "fails", json_number(limit->fails));
 }
 
@@ -77,11 +78,11 @@ static json_t *directions_document(const solution *x)
     if (d->count == 0) return json_null();
     json_t *list = json_array();
     for (int k = 0; k < d->count; k++)
-        json_array_append_new(list, json_pack("{s:o, s:o, s:o, s:o, s:o}", "direction",
-                                              json_numbers(d->of[k].direction, 3), "force", json_number(d->force),
-                                              "least_closing", limit_document(&d->of[k].least_closing),
-                                              "smallest_friction", limit_document(&d->of[k].smallest_friction),
-                                              "largest_load_factor", limit_document(&d->of[k].largest_load_factor)));
+        json_array_append_new(
+            list, json_pack("{s:o, s:o, s:o, s:o, s:o}", "direction", json_numbers(d->of[k].direction, 3), "force",
+                            json_number(d->force), "least_closing", limit_document(&d->of[k].least_closing, true),
+                            "smallest_friction", limit_document(&d->of[k].smallest_friction, true),
+                            "largest_load_factor", limit_document(&d->of[k].largest_load_factor, true)));
     return list;
 }
 
@@ -96,16 +97,19 @@ static json_t *grasp_document(const solution *x)
                      "least_closing", json_number(x->least_closing.holds), "epsilon", json_number(q->epsilon),
                      "epsilon_upper", json_number(q->epsilon_upper), "volume", json_number(q->volume), "quality_faces",
                      q->faces, "weakest_wrench", json_numbers(q->weakest, x->grasp.planar ? 3 : 6), "directions",
-                     directions_document(x), "limits", "smallest_friction", limit_document(friction),
-                     "largest_load_factor", limit_document(load), "least_closing", limit_document(&x->least_closing));
+                     directions_document(x), "limits", "smallest_friction", limit_document(friction, x->searched),
+                     "largest_load_factor", limit_document(load, x->searched), "least_closing",
+                     limit_document(&x->least_closing, x->searched));
 }
 
-/* A motion explains a failure only where it was shown that nothing holds against it. */
-static bool has_twist(const solution *x)
+/* How the object escapes. A motion explains a failure only where it was shown that nothing holds against it. The twist
+ * that proves that a wrench is infeasible is the one against which it works, so that the object goes the other way. */
+static bool find_motion(const solution *x, double motion[6])
 {
     const double *t = x->result.twist;
-    bool shown = x->result.solve.status == PINCH_SOLVE_INFEASIBLE || x->result.solve.status == PINCH_SOLVE_UNSTABLE;
-    return shown && scene_norm(t) + scene_norm(t + 3) > 0.0;
+    bool infeasible = x->result.solve.status == PINCH_SOLVE_INFEASIBLE;
+    for (int j = 0; j < 6; j++) motion[j] = (infeasible ? -t[j] : t[j]) + 0.0; /* no -0 */
+    return (infeasible || x->result.solve.status == PINCH_SOLVE_UNSTABLE) && scene_norm(t) + scene_norm(t + 3) > 0.0;
 }
 
 static json_t *solution_document(const solution *x)
@@ -119,16 +123,17 @@ static json_t *solution_document(const solution *x)
                                  r->solve.iterations, "projections", (json_int_t)r->solve.projections, "newton_steps",
                                  r->solve.newton_steps, "residual", json_number(r->solve.residual), "time_s",
                                  json_number(x->time), "load_fraction", json_number(r->load_fraction));
-    bool solved = r->solve.status == PINCH_SOLVE_CONVERGED;
+    double motion[6];
+    bool solved = r->solve.status == PINCH_SOLVE_CONVERGED, escapes = find_motion(x, motion);
     pinch_solved_by by = pinch_solver_solved_by(&x->settings.solver, &r->solve);
-    json_t *rest = json_pack(
-        "{s:o, s:o, s:{s:o, s:o}, s:{s:b, s:o, s:o, s:o}, s:o, s:{s:o, s:o}, s:o, s:o}", "solved_by",
-        solved ? json_string(pinch_solved_by_name(by)) : json_null(), "moment_s", json_number(x->moment), "equilibrium",
-        "force_error", json_number(v->force_error), "torque_error", json_number(v->torque_error), "verification",
-        "passed", (int)v->passed, "cone", json_number(v->cone), "complementarity", json_number(v->complementarity),
-        "slip_direction", json_number(v->slip_direction), "fingers", finger_documents(x), "object", "translation",
-        json_numbers(r->translation, 3), "rotation", json_numbers(r->rotation, 3), "grasp", grasp_document(x), "twist",
-        has_twist(x) ? json_numbers(r->twist, 6) : json_null());
+    json_t *rest = json_pack("{s:o, s:o, s:{s:o, s:o}, s:{s:b, s:o, s:o, s:o}, s:o, s:{s:o, s:o}, s:o, s:o}",
+                             "solved_by", solved ? json_string(pinch_solved_by_name(by)) : json_null(), "moment_s",
+                             json_number(x->moment), "equilibrium", "force_error", json_number(v->force_error),
+                             "torque_error", json_number(v->torque_error), "verification", "passed", (int)v->passed,
+                             "cone", json_number(v->cone), "complementarity", json_number(v->complementarity),
+                             "slip_direction", json_number(v->slip_direction), "fingers", finger_documents(x), "object",
+                             "translation", json_numbers(r->translation, 3), "rotation", json_numbers(r->rotation, 3),
+                             "grasp", grasp_document(x), "twist", escapes ? json_numbers(motion, 6) : json_null());
     int failed = !document || !rest || json_object_update(document, rest);
     json_decref(rest);
     if (!failed) return document;
@@ -203,6 +208,17 @@ static void print_limits(const solution *x, FILE *stream)
                        x->quality.epsilon, x->quality.volume);
 }
 
+/* With which factors a grasp that does not hold would. */
+static void print_remedies(const solution *x, FILE *stream)
+{
+    const double friction = x->limits.smallest_friction.holds, load = x->limits.largest_load_factor.holds;
+    if (isfinite(friction)) terminal_print(stream, "  it would hold with %.6g of its friction\n", friction);
+    if (isfinite(load) && load > 0.0) terminal_print(stream, "  it would hold %.6g of its load\n", load);
+    if (isfinite(x->least_closing.holds))
+        terminal_print(stream, "  it would hold with %.6g of its grip (closing and normal forces of all fingers)\n",
+                       x->least_closing.holds);
+}
+
 /* Which of the method's steps found the answer. */
 static const char *found_by(const solution *x)
 {
@@ -225,13 +241,16 @@ static void print_table(const solution *x, FILE *stream)
                    pinch_solve_status_text(r->solve.status), pinch_solver_name(x->settings.solver.solver), found_by(x),
                    scene_formulation_name(x->s->solver.formulation), r->size, r->solve.iterations,
                    number_for_people("%.2g", r->solve.residual, n), 1e3 * x->time);
-    const double *t = r->twist;
-    if (has_twist(x))
+    double t[6];
+    if (find_motion(x, t))
         terminal_print(stream, "  %s (%.4g, %.4g, %.4g) m, (%.4g, %.4g, %.4g) rad; wrench reached: %s\n",
                        r->solve.status == PINCH_SOLVE_INFEASIBLE ? "no finger can resist the motion"
                                                                  : "the object escapes along",
                        t[0], t[1], t[2], t[3], t[4], t[5], number_for_people("%.4g", r->load_fraction, n));
-    if (r->solve.status != PINCH_SOLVE_CONVERGED) return;
+    if (r->solve.status != PINCH_SOLVE_CONVERGED) {
+        print_remedies(x, stream);
+        return;
+    }
     print_fingers(x, stream);
     terminal_print(stream, "  object moves (%.4g, %.4g, %.4g) mm, turns (%.4g, %.4g, %.4g) mrad\n",
                    1e3 * r->translation[0], 1e3 * r->translation[1], 1e3 * r->translation[2], 1e3 * r->rotation[0],
@@ -250,14 +269,15 @@ static double force_of_load(const solution *x)
     return force > 0.0 ? force : 9.81 * x->s->objects[0].mass;
 }
 
-/* The reserves are always computed by the default method, whatever solved the grasp. Returns false when memory runs
- * out. */
+/* The reserves are always computed by the default method, whatever solved the grasp. Of a grasp that does not hold they
+ * say what is missing. Returns false when memory runs out. */
 static bool find_limits(const options *o, solution *x, pinch_statics *statics)
 {
     const pinch_static_limit none = {NAN, NAN, PINCH_SOLVE_CONVERGED};
     x->limits = (pinch_static_limits){none, none};
     x->least_closing = none;
-    if (x->result.solve.status != PINCH_SOLVE_CONVERGED || x->settings.faithful || o->no_reserves) return true;
+    x->searched = !x->settings.faithful && !o->no_reserves;
+    if (!x->searched) return true;
     pinch_statics_settings settings = x->settings;
     settings.solver.solver = PINCH_SOLVER_NSNMGK;
     settings.solver.newton_finish = true;
@@ -336,7 +356,7 @@ static command_status choose_moment(const options *o, const scene *s, double *mo
 
 static command_status solve_scene(const options *o, const scene *s)
 {
-    command_status status = command_check_pair("solve", COMMAND_STATIC, s->solver.name, s->solver.formulation);
+    command_status status = command_check_statics("solve", s);
     if (status != COMMAND_DONE) return status;
     solution x = {.s = s, .settings = settings_of(o, s), .moment = NAN};
     status = choose_moment(o, s, &x.moment);

@@ -41,20 +41,6 @@ static command_status check_index(const study *s, long index)
     return COMMAND_BAD_INPUT;
 }
 
-/* The run to show of a trial: the first that fails, of a protocol with several. */
-static int run_to_show(const study *s, long index)
-{
-    if (s->protocol.type != STUDY_SIX_FORCES) return 0;
-    dInitODE2(0);
-    json_t *trial = trial_run(s, index), *directions = json_object_get(trial, "directions");
-    int run = 0;
-    for (size_t i = json_array_size(directions); i-- > 0;)
-        if (!json_is_true(json_object_get(json_array_get(directions, i), "success"))) run = (int)i;
-    json_decref(trial);
-    world_close_ode();
-    return run;
-}
-
 static void print_inputs(const study *s, json_t *inputs, int run)
 {
     const char *place;
@@ -79,8 +65,10 @@ static command_status show_trial(const options *o, const study *s)
     double begin;
     command_status status = check_index(s, index);
     if (status != COMMAND_DONE) return status;
-    int run = o->print ? 0 : run_to_show(s, index);
-    json_t *inputs = study_draw(s, index);
+    int run = 0;
+    dInitODE2(0);
+    json_t *inputs = trial_inputs(s, index, o->print ? NULL : &run);
+    world_close_ode();
     if (!inputs) return refuse("out of memory", SCENE_NO_MEMORY);
     scene_status read = trial_scene(s, inputs, run, &drawn, &begin, &error);
     if (read != SCENE_OK) {
@@ -344,12 +332,29 @@ static command_status check_trials(const study *s)
     return status == SCENE_OK ? COMMAND_DONE : refuse(error.text, status);
 }
 
+/* What is written when all trials are done may be hours away. What is there stays. */
+static command_status check_written(const char *path)
+{
+    return !path || whole_file_can_be_written(path) ? COMMAND_DONE : command_cannot_write("study", path);
+}
+
+/* What could go wrong at the end is looked at before anything is begun. */
+static command_status check_ends(const options *o, const study *s)
+{
+    results_error error;
+    command_status status = check_written(o->csv);
+    if (status == COMMAND_DONE) status = check_written(o->report);
+    if (status != COMMAND_DONE || !o->beside || results_check_beside(o->beside, s, &error)) return status;
+    return fail(&error);
+}
+
 /* Rank 0, or a process without MPI. */
 static command_status run_all(const options *o, study *s, bool ranks)
 {
     results_error error;
     page_libraries *libraries = NULL;
     command_status status = check_trials(s);
+    if (status == COMMAND_DONE) status = check_ends(o, s);
     if (status == COMMAND_DONE && o->report) status = page_libraries_load("study", &libraries);
     if (status != COMMAND_DONE) return status;
     process_keep_signals(); /* from here on the end is in order */

@@ -52,6 +52,11 @@ static command_status validate_one(const options *o, const char *file, json_t *v
     scene *s;
     command_status status = command_load_scene(o, file, &s);
     if (status != COMMAND_DONE) return status;
+    status = command_check_run("validate", s);
+    if (status != COMMAND_DONE) {
+        scene_free(s);
+        return status;
+    }
     if (!o->quiet) report_shifts(s);
     if (o->print) {
         if (scene_print(s, stdout) != SCENE_OK) status = COMMAND_SYSTEM;

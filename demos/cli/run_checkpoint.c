@@ -47,15 +47,6 @@ static command_status read_from(run_checkpoint *c)
     return done;
 }
 
-/* The first checkpoint may be hours away. What is there stays. */
-static bool can_be_written(const char *path)
-{
-    whole_file file;
-    if (!whole_file_open(&file, path)) return false;
-    (void)whole_file_close(&file, false);
-    return true;
-}
-
 command_status run_checkpoint_prepare(const options *o, run_checkpoint *c)
 {
     *c = (run_checkpoint){.path = o->checkpoint, .every = o->given[OPTION_EVERY] ? o->every : EVERY};
@@ -64,7 +55,8 @@ command_status run_checkpoint_prepare(const options *o, run_checkpoint *c)
                       o->checkpoint ? "checkpoint" : "resume", world_solver_name(o->contact_solver));
         return COMMAND_BAD_INPUT;
     }
-    if (o->checkpoint && !can_be_written(o->checkpoint)) return command_cannot_write("run", o->checkpoint);
+    /* the first one may be hours away */
+    if (o->checkpoint && !whole_file_can_be_written(o->checkpoint)) return command_cannot_write("run", o->checkpoint);
     if (!o->resume) return COMMAND_DONE;
     c->from_path = o->resume;
     return read_from(c);
@@ -83,7 +75,8 @@ command_status run_checkpoint_resume(const run_checkpoint *c, simulation *s)
     case CHECKPOINT_FINE:
         return COMMAND_DONE;
     case CHECKPOINT_FOREIGN:
-        return refuse(c, "is a checkpoint of another scene, or of a run with other options");
+        return refuse(c, "is a checkpoint of another scene, or of a run with other options: scene, solver, --step and "
+                         "--duration must be the same, as a run cannot be made longer");
     case CHECKPOINT_DAMAGED:
         return refuse(c, "expected a whole checkpoint that this version of pinch run has written");
     default:

@@ -128,6 +128,20 @@ bool whole_file_open(whole_file *file, const char *path)
     return false;
 }
 
+bool whole_file_can_be_written(const char *path)
+{
+    struct stat about;
+    whole_file file;
+    if (stat(path, &about) == 0 && !S_ISREG(about.st_mode)) {
+        if (!S_ISDIR(about.st_mode)) return access(path, W_OK) == 0;
+        errno = EISDIR;
+        return false;
+    }
+    if (!whole_file_open(&file, path)) return false;
+    (void)whole_file_close(&file, false);
+    return true;
+}
+
 /* What errno said when an earlier write failed may have been overwritten since. What was in the way is so mostly still,
  * and stops one more write; 0 where it does not. */
 static int reason_now(int descriptor)

@@ -17,4 +17,8 @@ bool whole_file_open(whole_file *file, const char *path);
  * false where it could not be written, with the reason in errno, or 0 there where it is not known. */
 bool whole_file_close(whole_file *file, bool keep);
 
+/* Could the file be written now? What is there stays. A device or a pipe is not opened, as its reader would see an end.
+ * Returns false with the reason in errno. */
+bool whole_file_can_be_written(const char *path);
+
 #endif

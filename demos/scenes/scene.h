@@ -364,6 +364,21 @@ const char *scene_channel_key(scene_channel channel, bool *of_hand);
 /* false when `name` names none. */
 bool scene_formulation_from_name(const char *name, scene_formulation *formulation);
 
+/* solver_pairs.c: which solvers do what. */
+typedef enum scene_use {
+    SCENE_FOR_STATICS = 0, /* solve, lcp, bench paper */
+    SCENE_FOR_RUN          /* run, compare, study */
+} scene_use;
+
+/* Does `solver` do `formulation` in this use? */
+bool scene_pair_exists(scene_use use, pinch_solver solver, scene_formulation formulation);
+/* The same; where it does not, `text` says so and lists the pairs that exist. */
+enum { SCENE_SOLVER_TEXT = 512 };
+bool scene_check_pair(scene_use use, const scene_solver *solver, char text[SCENE_SOLVER_TEXT]);
+/* Can Pinch run the scene with its own solver? The solvers for complementarity problems alone (Lemke's method, PGS) do
+ * not do force control, because its base is an unknown. Otherwise `text` says why. */
+bool scene_check_solver(const scene *s, char text[SCENE_SOLVER_TEXT]);
+
 /* s^2 (3 - 2 s) with s = t/ramp limited to 0..1: it is 0 up to t = 0 and 1 from t = ramp on. A ramp of 0 s is a jump at
  * t = 0, after which t = 0 counts. */
 double scene_ramp(double t, double ramp);

@@ -7,19 +7,17 @@
 #include "scenes/file/reader.h"
 #include "scenes/world/simulation.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static const scene_key study_keys[] = {
     {"format", true}, {"name", false},     {"source", false},  {"scene", true},  {"trials", true},  {"vary", false},
     {"table", false}, {"protocol", false}, {"success", false}, {"least", false}, {"record", false},
 };
 static const scene_key trials_keys[] = {{"samples", false}, {"seed", false}, {"design", false}};
-static const scene_key vary_keys[] = {
-    {"path", true},     {"uniform", false},  {"log_uniform", false}, {"normal", false}, {"values", false},
-    {"columns", false}, {"at_least", false}, {"at_most", false},     {"common", false},
-};
 static const scene_key none_keys[] = {{"name", true}};
 static const scene_key lift_keys[] = {{"name", true},   {"settle", false}, {"distance", false},
                                       {"speed", false}, {"axis", false},   {"hold", false}};
@@ -27,14 +25,13 @@ static const scene_key shake_keys[] = {{"name", true},       {"settle", false}, 
                                        {"frequency", false}, {"axes", false},   {"time", false}};
 static const scene_key forces_keys[] = {{"name", true}, {"settle", false}, {"force_per_mass", false}, {"hold", false}};
 static const scene_key success_keys[] = {{"displacement", false}, {"rotation", false}, {"no_events", false}};
-static const scene_key least_keys[] = {{"path", true}, {"from", true}, {"to", true}, {"precision", false}};
 
 #define KIND(keys)                                                                                                     \
     {                                                                                                                  \
         "", sizeof(keys) / sizeof((keys)[0]), keys                                                                     \
     }
-static const scene_kind study_kind = KIND(study_keys), trials_kind = KIND(trials_keys), vary_kind = KIND(vary_keys),
-                        success_kind = KIND(success_keys), least_kind = KIND(least_keys);
+static const scene_kind study_kind = KIND(study_keys), trials_kind = KIND(trials_keys),
+                        success_kind = KIND(success_keys);
 static const scene_kind protocol_kinds[] = {KIND(none_keys), KIND(lift_keys), KIND(shake_keys), KIND(forces_keys)};
 static const char *const protocol_names[] = {"none", "lift", "shake", "six-forces"};
 
@@ -62,6 +59,9 @@ static bool read_scene(const scene_node *root, study *s)
     if (!s->scene_file) return scene_refuse_memory(root->reader);
     reader.file = s->scene_file;
     scene *base = NULL;
+    /* one that is not there is named where the study names it */
+    if (access(s->scene_file, R_OK) != 0)
+        return scene_refuse(&node, "a scene file that can be read (%s)", strerror(errno));
     if (scene_read_document(&reader, &s->scene_text, &s->scene)) {
         s->scene_length = reader.length;
         reader.status =
@@ -129,149 +129,6 @@ static bool count_trials(const scene_node *root, study *s)
     return true;
 }
 
-/* ---- What varies. ---- */
-
-static bool read_pair(const scene_node *node, const char *key, study_variation *v)
-{
-    double pair[2];
-    scene_node list = scene_member(node, key);
-    if (!scene_read_numbers(&list, 2, SCENE_ANY_NUMBER, "", pair)) return false;
-    v->low = pair[0];
-    v->high = pair[1];
-    if (v->type == STUDY_NORMAL)
-        return v->high > 0.0 || scene_refuse_plainly(&list, "a mean and a standard deviation > 0");
-    if (!(v->low < v->high)) return scene_refuse_plainly(&list, "two numbers, the first the smaller one");
-    return v->type != STUDY_LOG_UNIFORM || v->low > 0.0 || scene_refuse_plainly(&list, "two numbers > 0");
-}
-
-/* A normal distribution whose bounds cut off all of it has no values. */
-static bool read_bounds(const scene_node *node, study_variation *v)
-{
-    scene_node least = scene_member(node, "at_least"), most = scene_member(node, "at_most");
-    const scene_node *given = least.value ? &least : most.value ? &most : NULL;
-    if (given && v->type != STUDY_NORMAL)
-        return scene_refuse_plainly(given, "no such key beside other distributions than normal");
-    if (!scene_read_number(node, "at_least", SCENE_ANY_NUMBER, "", &v->at_least) ||
-        !scene_read_number(node, "at_most", SCENE_ANY_NUMBER, "", &v->at_most))
-        return false;
-    double nearest = fmax(v->at_least - v->low, fmax(v->low - v->at_most, 0.0));
-    if (given && (!(v->at_least < v->at_most) || nearest > 30.0 * v->high))
-        return scene_refuse_plainly(given, "bounds with some of the distribution between them");
-    return true;
-}
-
-static bool find_column(const scene_node *node, const study_table *table, size_t *column)
-{
-    for (size_t i = 0; i < table->column_count; i++)
-        if (json_is_string(node->value) && strcmp(table->names[i], json_string_value(node->value)) == 0) {
-            *column = i;
-            return true;
-        }
-    return scene_refuse(node, "a column of %.200s", table->file ? table->file : "the key \"table\", which is missing");
-}
-
-static bool read_columns(const scene_node *node, const study_table *table, study_variation *v)
-{
-    scene_node list = scene_member(node, "columns");
-    v->column_count = json_array_size(list.value);
-    if (v->column_count == 0) return scene_refuse(&list, "a list of columns");
-    v->columns = calloc(v->column_count, sizeof *v->columns);
-    if (!v->columns) return scene_refuse_memory(node->reader);
-    for (size_t i = 0; i < v->column_count; i++) {
-        scene_node name = scene_element(&list, i);
-        if (!find_column(&name, table, &v->columns[i])) return false;
-    }
-    return true;
-}
-
-static bool read_distribution(const scene_node *node, const study *s, study_variation *v)
-{
-    static const char *const keys[] = {"uniform", "log_uniform", "normal", "values", "columns"};
-    int found = 0;
-    for (int i = 0; i < 5; i++)
-        if (scene_has(node, keys[i])) {
-            v->type = (study_distribution)i;
-            found++;
-        }
-    if (found != 1)
-        return scene_refuse_plainly(node, "one of uniform, log_uniform, normal, values or columns, got %d", found);
-    if (s->design == STUDY_GRID && v->type < STUDY_VALUES)
-        return scene_refuse_plainly(node, "values or columns, for the design \"grid\", got %s", keys[v->type]);
-    if (v->type < STUDY_VALUES && !read_pair(node, keys[v->type], v)) return false;
-    if (!read_bounds(node, v)) return false;
-    if (v->type == STUDY_COLUMNS) return read_columns(node, &s->table, v);
-    if (v->type < STUDY_VALUES) return true;
-    scene_node list = scene_member(node, "values");
-    v->values = list.value;
-    return json_array_size(list.value) > 0 || scene_refuse(&list, "a list of values, not empty");
-}
-
-/* The places that a path names: of the scene's document, or, for keys that it leaves out, of the same scene with every
- * default filled in. */
-static bool find_places(const scene_node *node, const study *s, json_t *full, char ***places, size_t *count)
-{
-    const char *path = json_string_value(node->value);
-    if (!path || path[0] != '/') return scene_refuse(node, "a JSON pointer into the scene, as \"/object/mass\"");
-    long found = pointer_expand(s->scene, path, places);
-    if (found == 0) {
-        free(*places);
-        found = pointer_expand(full, path, places);
-    }
-    *count = found > 0 ? (size_t)found : 0;
-    if (found < 0) return scene_refuse_memory(node->reader);
-    if (found > 0) return true;
-    free(*places);
-    *places = NULL;
-    return scene_refuse(node, "a path that the scene has");
-}
-
-/* Two variations of one place would overwrite each other. */
-static bool places_are_new(const scene_node *node, const study *s, const study_variation *v)
-{
-    for (const study_variation *other = s->variations; other < v; other++)
-        for (size_t i = 0; i < other->place_count; i++)
-            for (size_t k = 0; k < v->place_count; k++)
-                if (strcmp(other->places[i], v->places[k]) == 0)
-                    return scene_refuse_plainly(node, "a path that does not vary already, got %.200s twice",
-                                                v->places[k]);
-    return true;
-}
-
-static bool read_variation(const scene_node *node, study *s, json_t *full, study_variation *v)
-{
-    scene_node path = scene_member(node, "path");
-    v->at_least = -INFINITY;
-    v->at_most = INFINITY;
-    if (!scene_check_kind(node, &vary_kind, NULL) || !scene_read_boolean(node, "common", &v->common) ||
-        !find_places(&path, s, full, &v->places, &v->place_count) || !places_are_new(&path, s, v) ||
-        !read_distribution(node, s, v))
-        return false;
-    v->path = json_string_value(path.value);
-    v->first_draw = s->draw_count;
-    s->draw_count += v->type == STUDY_COLUMNS ? 0 : v->common ? 1 : v->place_count;
-    return true;
-}
-
-static bool read_variations(const scene_node *root, study *s, json_t *full)
-{
-    scene_node list = scene_member(root, "vary");
-    if (list.value && !scene_check_array(&list, "quantities that vary")) return false;
-    size_t count = json_array_size(list.value);
-    s->variations = calloc(count + 1, sizeof *s->variations);
-    if (!s->variations) return scene_refuse_memory(root->reader);
-    for (size_t i = 0; i < count; i++) {
-        scene_node node = scene_element(&list, i);
-        s->variation_count++;
-        if (!read_variation(&node, s, full, &s->variations[i])) return false;
-    }
-    s->row_draw = s->draw_count;
-    if (s->table.row_count > 0) s->draw_count++;
-    if (s->design == STUDY_SOBOL && s->draw_count > STUDY_MOST_SOBOL)
-        return scene_refuse_plainly(&list, "at most %d draws in a trial, for the design \"sobol\", got %zu",
-                                    STUDY_MOST_SOBOL, s->draw_count);
-    return true;
-}
-
 /* ---- The rest. ---- */
 
 static bool read_axes(const scene_node *node, bool axes[3])
@@ -334,7 +191,7 @@ static bool read_events(const scene_node *node, unsigned *set)
         int event = 0;
         while (event < EVENT_COUNT && !(name && strcmp(name, simulation_event_name((simulation_event_type)event)) == 0))
             event++;
-        if (event == EVENT_COUNT) return scene_refuse(&element, "crush, slip or dropped");
+        if (event == EVENT_COUNT) return scene_refuse(&element, "crush, slip, dropped or limit");
         *set |= 1u << event;
     }
     return true;
@@ -348,21 +205,6 @@ static bool read_success(const scene_node *root, study_success *success)
                            scene_read_number(&node, "displacement", SCENE_NOT_NEGATIVE, "m", &success->displacement) &&
                            scene_read_number(&node, "rotation", SCENE_NOT_NEGATIVE, "rad", &success->rotation) &&
                            read_events(&node, &success->no_events));
-}
-
-static bool read_least(const scene_node *root, study *s, json_t *full)
-{
-    scene_node node = scene_member(root, "least"), path = scene_member(&node, "path"), to = scene_member(&node, "to");
-    study_least *l = &s->least;
-    l->precision = 1e-3;
-    if (!node.value) return true;
-    if (!scene_check_kind(&node, &least_kind, NULL) || !find_places(&path, s, full, &l->places, &l->place_count) ||
-        !scene_read_number(&node, "from", SCENE_NOT_NEGATIVE, "", &l->from) ||
-        !scene_read_number(&node, "to", SCENE_POSITIVE, "", &l->to) ||
-        !scene_read_number(&node, "precision", SCENE_POSITIVE, "", &l->precision))
-        return false;
-    l->path = json_string_value(path.value);
-    return l->from < l->to || scene_refuse(&to, "more than from");
 }
 
 static bool read_records(const scene_node *root, study *s)
@@ -418,12 +260,9 @@ static bool read_study(const scene_node *root, study *s)
                 scene_read_string(root, "name", false, &s->name) && scene_read_string(root, "source", true, &source) &&
                 read_scene(root, s) && read_table(root, s) && read_trials(root, s);
     free(source);
-    json_t *full = good ? full_scene(s) : NULL;
-    if (good && !full) good = scene_refuse_memory(root->reader);
-    good = good && read_variations(root, s, full) && count_trials(root, s) && read_protocol(root, &s->protocol) &&
-           read_success(root, &s->success) && read_least(root, s, full) && read_records(root, s);
-    json_decref(full);
-    return good;
+    if (good && !(s->full_scene = full_scene(s))) good = scene_refuse_memory(root->reader);
+    return good && study_read_variations(root, s) && count_trials(root, s) && read_protocol(root, &s->protocol) &&
+           read_success(root, &s->success) && study_read_least(root, s) && read_records(root, s);
 }
 
 scene_status study_load(const char *path, study **result, scene_error *error)
@@ -470,6 +309,7 @@ void study_free(study *s)
     study_table_free(&s->table);
     json_decref(s->document);
     json_decref(s->scene);
+    json_decref(s->full_scene);
     for (size_t i = 0; i < s->file_count; i++) free(s->file_names[i]);
     free(s->file_names);
     free(s->scene_file);

@@ -82,7 +82,8 @@ static void take_value(const study *s, const study_variation *v, const json_t *v
     scene_error ignored;
     scene *varied = NULL;
     bool set = document != NULL;
-    for (size_t i = 0; i < v->place_count && set; i++) set = pointer_set(document, v->places[i], json_deep_copy(value));
+    for (size_t i = 0; i < v->place_count && set; i++)
+        set = pointer_set(document, v->places[i], json_deep_copy(value), s->full_scene);
     if (set &&
         scene_load_document(s->scene_file, s->scene_text, s->scene_length, document, &varied, &ignored) == SCENE_OK)
         (void)scene_each_file(varied, take_file, l);

@@ -21,10 +21,11 @@ static const char *next_part(const char *pointer, char part[MOST_PART])
     return pointer;
 }
 
-/* An array's index is digits alone. */
+/* An array's index is digits alone, without zeros before them. */
 static bool index_of(const char *part, size_t *index)
 {
     if (!*part || strlen(part) > 9 || part[strspn(part, "0123456789")]) return false;
+    if (part[0] == '0' && part[1]) return false;
     *index = (size_t)strtoul(part, NULL, 10);
     return true;
 }
@@ -56,7 +57,23 @@ static bool put(json_t *parent, const char *part, json_t *value)
     return false;
 }
 
-bool pointer_set(json_t *document, const char *place, json_t *value)
+static bool is_list_of_numbers(const json_t *value)
+{
+    for (size_t i = 0; i < json_array_size(value); i++)
+        if (!json_is_number(json_array_get(value, i))) return false;
+    return json_is_array(value);
+}
+
+/* What stands for a member that is left out, so that a part of it can be set: a vector is the default one, and an
+ * object is empty, which leaves its other members to their defaults. A list of other things would come to be given as a
+ * whole, with what its defaults depend on. NULL: nothing does. */
+static json_t *stand_in(const json_t *full)
+{
+    if (full && json_is_array(full)) return is_list_of_numbers(full) ? json_deep_copy(full) : NULL;
+    return json_object();
+}
+
+bool pointer_set(json_t *document, const char *place, json_t *value, const json_t *full)
 {
     char part[MOST_PART];
     json_t *parent = document;
@@ -68,12 +85,19 @@ bool pointer_set(json_t *document, const char *place, json_t *value)
         }
         if (!*place) return put(parent, part, value);
         json_t *next = child(parent, part);
+        full = child(full, part);
         if (!next && json_is_object(parent)) {
-            json_object_set_new(parent, part, json_object());
+            json_object_set_new(parent, part, stand_in(full));
             next = json_object_get(parent, part);
         }
         parent = next;
     }
+}
+
+bool pointer_is_within(const char *place, const char *other)
+{
+    size_t length = strlen(other);
+    return strncmp(place, other, length) == 0 && (place[length] == '/' || place[length] == '\0');
 }
 
 /* ---- Wildcards. ---- */

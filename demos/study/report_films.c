@@ -176,7 +176,7 @@ json_t *report_films(results *r, const study *s, const char *command, bool besid
     chosen list[FAILURES + UNSOLVED + DIFFERING];
     choice c = {list, 0, FAILURES + UNSOLVED + DIFFERING};
     json_t *films = json_array();
-    /* where a trial is a search, its inputs are no run */
+    /* of a search each picture would take the whole search once more */
     bool good = s->least.path || ((!beside || choose_differing(r, s, &c, error)) && choose_failures(r, s, &c, error));
     if (good && c.count > 0)
         fputs("<h2 id=\"pictures\">Pictures</h2><p>Failures from all over the study, and trials on which other results "

@@ -269,14 +269,20 @@ results *results_read(const char *path, results_error *error)
     return NULL;
 }
 
-/* Returns 1 where the attached results are of the same study, 0 where they are not, -1 after a failure. */
-static int is_same_study(results *r, results_error *e)
+/* Returns 1 where the results are of the study, 0 where they are not, -1 after a failure. */
+static int is_of_study(results *r, const study *s, results_error *e)
 {
-    static const char same[] = "SELECT 1 FROM study a, beside.study b WHERE a.document = b.document AND a.scene = "
-                               "b.scene AND a.\"table\" IS b.\"table\" AND a.files = b.files";
+    static const char same[] =
+        "SELECT 1 FROM study WHERE document = ?1 AND scene = ?2 AND \"table\" IS ?3 AND files = ?4";
     sqlite3_stmt *query = NULL;
+    char files[24];
     /* results of an older version lack a column */
     if (sqlite3_prepare_v2(r->database, same, -1, &query, NULL) != SQLITE_OK) return 0;
+    snprintf(files, sizeof files, "%016" PRIx64, s->files);
+    sqlite3_bind_text(query, 1, s->text, (int)s->length, SQLITE_STATIC);
+    sqlite3_bind_text(query, 2, s->scene_text, (int)s->scene_length, SQLITE_STATIC);
+    sqlite3_bind_text(query, 3, s->table.text, -1, SQLITE_STATIC);
+    sqlite3_bind_text(query, 4, files, -1, SQLITE_STATIC);
     int code = sqlite3_step(query);
     sqlite3_finalize(query);
     if (code == SQLITE_ROW || code == SQLITE_DONE) return code == SQLITE_ROW;
@@ -284,25 +290,28 @@ static int is_same_study(results *r, results_error *e)
     return -1;
 }
 
-bool results_attach(results *r, const char *path, results_error *error)
+bool results_check_beside(const char *path, const study *s, results_error *error)
 {
-    sqlite3_stmt *attach = NULL;
-    /* SQLite would make a file that is not there */
     results *other = results_read(path, error);
     if (!other) return false;
+    int same = is_of_study(other, s, error);
     release(other);
-    bool good = sqlite3_prepare_v2(r->database, "ATTACH ?1 AS beside", -1, &attach, NULL) == SQLITE_OK &&
-                sqlite3_bind_text(attach, 1, path, -1, SQLITE_STATIC) == SQLITE_OK &&
-                sqlite3_step(attach) == SQLITE_DONE;
-    sqlite3_finalize(attach);
-    if (!good) return fail(r, error);
-    int same = is_same_study(r, error);
     return same > 0 ||
            (same == 0 &&
             refuse(error, COMMAND_BAD_INPUT,
                    "%s: expected results of this version, and of the same study, scene, table, hands and meshes as "
                    "%s has",
-                   path, r->path));
+                   path, s->file));
+}
+
+bool results_attach(results *r, const char *path, results_error *error)
+{
+    sqlite3_stmt *attach = NULL;
+    bool good = sqlite3_prepare_v2(r->database, "ATTACH ?1 AS beside", -1, &attach, NULL) == SQLITE_OK &&
+                sqlite3_bind_text(attach, 1, path, -1, SQLITE_STATIC) == SQLITE_OK &&
+                sqlite3_step(attach) == SQLITE_DONE;
+    sqlite3_finalize(attach);
+    return good || fail(r, error);
 }
 
 bool results_close(results *r, results_error *error)

@@ -28,7 +28,9 @@ typedef struct results_error {
 results *results_open(const char *path, const study *s, const char *version, bool resume, results_error *error);
 /* Opens the results of any study for reading. */
 results *results_read(const char *path, results_error *error);
-/* Lays the results of the same study, run otherwise, beside these as the schema `beside`. They are only read. Once. */
+/* Are there results of the study in the file? It is only read. */
+bool results_check_beside(const char *path, const study *s, results_error *error);
+/* Lays such results beside these as the schema `beside`. They are only read. Once. */
 bool results_attach(results *r, const char *path, results_error *error);
 /* Commits what was added and closes. Returns false where it could not be written. NULL is fine. */
 bool results_close(results *r, results_error *error);

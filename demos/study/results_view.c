@@ -6,7 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* SQL with all names quoted. */
+/* SQL with all names quoted. A path in SQLite's JSON cannot name a key with a quotation mark, which is looked for among
+ * all. */
 typedef struct view_text {
     FILE *stream;
     const char *source; /* inputs or recorded */
@@ -28,12 +29,17 @@ static bool put_column(void *context, const json_t *names, json_t *row)
     const view_text *v = context;
     const char *key = json_string_value(json_array_get(row, 0));
     char path[1100];
-    /* a name with a quotation mark has no path in SQLite's JSON */
-    if (!key || strchr(key, '"') || strlen(key) > 1000) return true;
-    snprintf(path, sizeof path, "$.\"%s\"", key);
-    fprintf(v->stream, ", json_extract(%s, ", v->source);
-    put_quoted(path, '\'', v->stream);
-    fputs(") AS ", v->stream);
+    if (!key) return true;
+    bool has_path = !strchr(key, '"') && snprintf(path, sizeof path, "$.\"%s\"", key) < (int)sizeof path;
+    if (has_path) {
+        fprintf(v->stream, ", json_extract(%s, ", v->source);
+        put_quoted(path, '\'', v->stream);
+        fputs(") AS ", v->stream);
+    } else {
+        fprintf(v->stream, ", (SELECT value FROM json_each(%s) WHERE key = ", v->source);
+        put_quoted(key, '\'', v->stream);
+        fputs(") AS ", v->stream);
+    }
     put_quoted(key, '"', v->stream);
     return true;
 }

@@ -11,30 +11,44 @@
 #include <stdlib.h>
 #include <string.h>
 
-scene_status trial_scene(const study *s, json_t *inputs, int run, scene **result, double *begin, scene_error *error)
+/* The scene's document with the inputs in their places. */
+static scene_status set_inputs(const study *s, json_t *inputs, json_t *document, scene_error *error)
 {
-    json_t *document = json_deep_copy(s->scene), *value;
     const char *place;
-    *result = NULL;
+    json_t *value;
     json_object_foreach(inputs, place, value)
     {
-        /* a list in the scene belongs to it alone, because a later place may lie within it */
+        /* what is set in the scene belongs to it alone, because a later place may lie within it */
         json_t *own = json_deep_copy(value);
         if (!document || !own) {
             json_decref(own);
-            json_decref(document);
             snprintf(error->text, sizeof error->text, "out of memory");
             return SCENE_NO_MEMORY;
         }
-        if (pointer_set(document, place, own)) continue;
+        if (pointer_set(document, place, own, s->full_scene)) continue;
         snprintf(error->text, sizeof error->text, "%.4096s: %.1000s: expected a place of the scene", s->scene_file,
                  place);
-        json_decref(document);
         return SCENE_BAD_INPUT;
     }
-    scene_status status = scene_load_document(s->scene_file, s->scene_text, s->scene_length, document, result, error);
+    return SCENE_OK;
+}
+
+scene_status trial_scene(const study *s, json_t *inputs, int run, scene **result, double *begin, scene_error *error)
+{
+    json_t *document = json_deep_copy(s->scene);
+    *result = NULL;
+    scene_status status = set_inputs(s, inputs, document, error);
+    if (status == SCENE_OK)
+        status = scene_load_document(s->scene_file, s->scene_text, s->scene_length, document, result, error);
     json_decref(document);
     if (status != SCENE_OK) return status;
+    char reason[SCENE_SOLVER_TEXT];
+    if (s->contact_solver == WORLD_PINCH && !scene_check_solver(*result, reason)) {
+        snprintf(error->text, sizeof error->text, "%.4096s: %s", s->scene_file, reason);
+        scene_free(*result);
+        *result = NULL;
+        return SCENE_BAD_INPUT;
+    }
     if (s->step > 0.0) (*result)->step = s->step;
     (*result)->step = ldexp((*result)->step, -s->halvings);
     if (!protocol_apply(&s->protocol, run, *result, begin)) {

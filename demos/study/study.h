@@ -78,7 +78,7 @@ typedef struct study_success {
     unsigned no_events;  /* bit i for the simulation_event_type i; default dropped */
 } study_success;
 
-/* A search in each trial for the least value with which it succeeds. */
+/* A search in each trial for the least value with which it succeeds. Both ends are tried, too. */
 typedef struct study_least {
     const char *path; /* NULL: no search */
     double from, to;  /* it is looked for between these, from < to */
@@ -94,7 +94,8 @@ typedef struct study {
     char *name;
     char *scene_file, *scene_text;
     size_t scene_length;
-    json_t *scene; /* the scene's document, as it is in the file */
+    json_t *scene;      /* the scene's document, as it is in the file */
+    json_t *full_scene; /* the same with every default filled in */
     study_table table;
     uint64_t files; /* a hash over the files that the scene and its values refer to; 0 without any */
     size_t file_count;
@@ -128,6 +129,12 @@ void study_free(study *s); /* NULL is fine */
 /* Refuses one of the names of `record`, with its line. Returns SCENE_BAD_INPUT. */
 scene_status study_refuse_record(const study *s, size_t index, scene_error *error);
 
+/* vary.c: reads `vary` and `least`, for study_load. Functions that refuse return false, with the reason in the reader's
+ * error. */
+struct scene_node;
+bool study_read_variations(const struct scene_node *root, study *s);
+bool study_read_least(const struct scene_node *root, study *s);
+
 /* files.c */
 
 /* Sets `files` and their names: meshes, hands, and what these include, of the scene and of each value that may stand in
@@ -145,10 +152,13 @@ void study_table_free(study_table *table);
 /* All places in the document that the path leads to, as pointers. Returns how many there are, and -1 when memory runs
  * out. The caller frees the texts and the list. */
 long pointer_expand(const json_t *document, const char *path, char ***places);
-/* Sets the value at the place and takes it over. Objects on the way that are missing are made. Returns false where the
- * place is not one of the document. */
-bool pointer_set(json_t *document, const char *place, json_t *value);
+/* Sets the value at the place and takes it over. Objects on the way that are missing are made, and so are vectors that
+ * are missing, as the document `full` has them, in which every default is filled in; it may be NULL. Returns false
+ * where the place is not one of the document. */
+bool pointer_set(json_t *document, const char *place, json_t *value, const json_t *full);
 json_t *pointer_get(const json_t *document, const char *place);
+/* Is the place the other one, or does it lie within it? */
+bool pointer_is_within(const char *place, const char *other);
 
 /* draw.c */
 

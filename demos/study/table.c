@@ -56,8 +56,8 @@ static scene_status read_text(const char *path, study_table *t, scene_error *err
 }
 
 /* Copies the next field of the line to `field`, without blanks around it and without the quotes of RFC 4180. Returns
- * what follows its comma; NULL where it was the last one. */
-static const char *next_field(const char *line, char *field)
+ * what follows its comma; NULL where it was the last one. *whole becomes false where its quotes do not end with it. */
+static const char *next_field(const char *line, char *field, bool *whole)
 {
     char *out = field;
     while (*line == ' ' || *line == '\t') line++;
@@ -66,7 +66,12 @@ static const char *next_field(const char *line, char *field)
             if (*line == '"') line++;
             *out++ = *line;
         }
-        if (*line) line++;
+        if (*line)
+            line++;
+        else
+            *whole = false;
+        line += strspn(line, " \t");
+        if (*line && *line != ',') *whole = false;
         while (*line && *line != ',') line++;
     } else {
         while (*line && *line != ',') *out++ = *line++;
@@ -76,25 +81,30 @@ static const char *next_field(const char *line, char *field)
     return *line == ',' ? line + 1 : NULL;
 }
 
-static size_t count_fields(const char *line, char *field)
+static size_t count_fields(const char *line, char *field, bool *whole)
 {
     size_t count = 0;
+    *whole = true;
     while (line) {
-        line = next_field(line, field);
+        line = next_field(line, field, whole);
         count++;
     }
     return count;
 }
 
-static bool read_header(study_table *t, const char *line, char *field)
+static const char BROKEN_QUOTES[] = "expected quotation marks that begin and end a field";
+
+static scene_status read_names(study_table *t, const char *line, char *field, scene_error *error)
 {
-    t->names = calloc(count_fields(line, field), sizeof *t->names);
+    bool whole;
+    t->names = calloc(count_fields(line, field, &whole), sizeof *t->names);
+    if (!whole) return refuse(error, t->file, 1, BROKEN_QUOTES);
     while (t->names && line) {
-        line = next_field(line, field);
+        line = next_field(line, field, &whole);
         t->names[t->column_count] = strdup(field);
-        if (!t->names[t->column_count++]) return false;
+        if (!t->names[t->column_count++]) return out_of_memory(error, t->file);
     }
-    return t->names != NULL;
+    return t->names ? SCENE_OK : out_of_memory(error, t->file);
 }
 
 /* A name that stands twice could be either column. */
@@ -111,10 +121,26 @@ static scene_status check_names(const study_table *t, scene_error *error)
     return SCENE_OK;
 }
 
+static scene_status read_header(study_table *t, const char *line, char *field, scene_error *error)
+{
+    scene_status status = read_names(t, line, field, error);
+    return status == SCENE_OK ? check_names(t, error) : status;
+}
+
+/* Decimal numbers alone: strtod reads hexadecimal ones, too. */
+static bool read_decimal(const char *field, double *value)
+{
+    char *end;
+    *value = strtod(field, &end);
+    return *field && !*end && isfinite(*value) && !field[strspn(field, "+-.0123456789eE")];
+}
+
 static scene_status read_row(study_table *t, const char *line, size_t number, char *field, scene_error *error)
 {
     char what[512];
-    size_t count = count_fields(line, field);
+    bool whole;
+    size_t count = count_fields(line, field, &whole);
+    if (!whole) return refuse(error, t->file, number, BROKEN_QUOTES);
     if (count != t->column_count) {
         snprintf(what, sizeof what, "expected %zu fields, as the header has, got %zu", t->column_count, count);
         return refuse(error, t->file, number, what);
@@ -123,10 +149,9 @@ static scene_status read_row(study_table *t, const char *line, size_t number, ch
     if (!more) return out_of_memory(error, t->file);
     t->cells = more;
     for (size_t i = 0; i < count; i++) {
-        char *end;
-        line = next_field(line, field);
-        double value = strtod(field, &end);
-        if (!*field || *end || !isfinite(value)) {
+        double value;
+        line = next_field(line, field, &whole);
+        if (!read_decimal(field, &value)) {
             snprintf(what, sizeof what, "column %.100s: expected a number, got \"%.100s\"", t->names[i], field);
             return refuse(error, t->file, number, what);
         }
@@ -151,7 +176,7 @@ static scene_status read_lines(study_table *t, char *text, char *field, scene_er
         if (number > 1)
             status = read_row(t, line, number, field, error);
         else
-            status = read_header(t, line, field) ? check_names(t, error) : out_of_memory(error, t->file);
+            status = read_header(t, line, field, error);
     }
     if (status == SCENE_OK && t->row_count == 0) status = refuse(error, t->file, number, "expected at least one row");
     return status;

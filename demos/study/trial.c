@@ -1,10 +1,9 @@
 /* One trial: its runs and its verdict. */
 #include "trial.h"
 
+#include "common/command_status.h"
 #include "common/measure.h"
 #include "common/output.h"
-#include "scenes/world/simulation.h"
-
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
@@ -79,35 +78,81 @@ static void run_all(const study *s, json_t *inputs, verdict *v)
     }
 }
 
-static void set_least(const study *s, json_t *inputs, double value)
+/* ---- The search for the least value. ---- */
+
+typedef struct search {
+    const study *s;
+    json_t *tried; /* the trial's inputs with the value that was tried last */
+    verdict *v;    /* of that one */
+} search;
+
+void trial_set_least(const study *s, json_t *inputs, double value)
 {
     for (size_t i = 0; i < s->least.place_count; i++) json_object_set_new(inputs, s->least.places[i], json_real(value));
 }
 
-/* Halves the bracket between a value that fails and one that succeeds, by ratio where both are positive. The verdict is
- * that of the least value that succeeded; where even the greatest fails, of that one. */
-static void search_least(const study *s, json_t *inputs, verdict *v)
+static void try_value(search *a, double value)
 {
-    double fails = s->least.from, holds = s->least.to;
-    json_t *tried = json_deep_copy(inputs);
-    set_least(s, tried, holds);
-    run_all(s, tried, v);
-    bool found = v->success;
-    while (found && holds - fails > s->least.precision * holds && holds - fails > 1e-15 * s->least.to) {
-        double middle = 0.5 * (fails + holds);
-        if (!(middle > fails && middle < holds)) break;
-        set_least(s, tried, middle);
-        run_all(s, tried, v);
-        *(v->success ? &holds : &fails) = middle;
-    }
-    if (found && !v->success) {
-        set_least(s, tried, holds);
-        run_all(s, tried, v);
-    }
-    json_decref(tried);
-    json_object_set_new(v->recorded, "least.holds", json_number(found ? holds : NAN));
-    json_object_set_new(v->recorded, "least.fails", json_number(fails));
+    trial_set_least(a->s, a->tried, value);
+    run_all(a->s, a->tried, a->v);
 }
+
+/* Nothing could be run: the inputs are no legal scene, or memory ran out. */
+static bool is_refused(const verdict *v)
+{
+    return v->exit >= COMMAND_BAD_INPUT;
+}
+
+/* Halves the interval between a value that was tried and failed and one that succeeded. What takes whole numbers alone
+ * has no legal scene between them; it is then looked for among these. Ends with the verdict of the least value that
+ * succeeded, or of one that is no legal scene. */
+static void halve(search *a, double *fails, double *holds)
+{
+    const study_least *l = &a->s->least;
+    bool whole = false, current = true;
+    while (*holds - *fails > fmax(l->precision * *holds, 1e-15 * l->to)) {
+        double middle = 0.5 * (*fails + *holds);
+        if (whole) middle = floor(middle);
+        if (!(middle > *fails && middle < *holds)) break;
+        try_value(a, middle);
+        if (is_refused(a->v)) {
+            bool between = middle != floor(middle) && l->from == floor(l->from) && l->to == floor(l->to);
+            if (!between) return;
+            whole = true;
+            current = false;
+            continue;
+        }
+        current = a->v->success;
+        *(current ? holds : fails) = middle;
+    }
+    if (!current) try_value(a, *holds);
+}
+
+/* Both ends are tried before anything between them. Where even the greatest value fails, the verdict is of that one. A
+ * value that is no legal scene makes the trial a bad draw, of which nothing is recorded. */
+static void find_least(search *a)
+{
+    const study_least *l = &a->s->least;
+    double fails = NAN, holds = NAN;
+    try_value(a, l->from);
+    if (a->v->success) {
+        holds = l->from;
+    } else if (!is_refused(a->v)) {
+        fails = l->from;
+        try_value(a, l->to);
+        if (a->v->success) {
+            holds = l->to;
+            halve(a, &fails, &holds);
+        } else {
+            fails = l->to;
+        }
+    }
+    if (is_refused(a->v)) return;
+    json_object_set_new(a->v->recorded, "least.holds", json_number(holds));
+    json_object_set_new(a->v->recorded, "least.fails", json_number(fails));
+}
+
+/* ---- All of a trial. ---- */
 
 /* The quality of the grasp is that of the scene without protocol, as it is when the protocol begins. */
 static void add_grasp(const study *s, json_t *inputs, json_t *recorded)
@@ -126,124 +171,68 @@ static void add_grasp(const study *s, json_t *inputs, json_t *recorded)
     scene_free(base);
 }
 
+static verdict empty_verdict(void)
+{
+    return (verdict){
+        .recorded = json_object(), .directions = json_array(), .errors = json_array(), .grasp = json_object()};
+}
+
+static void free_verdict(verdict *v)
+{
+    json_decref(v->recorded);
+    json_decref(v->directions);
+    json_decref(v->errors);
+    json_decref(v->grasp);
+}
+
+/* Runs the trial with what was drawn. Returns the inputs that the verdict is of: with a search they have its value,
+ * too. NULL when memory runs out. */
+static json_t *run_with(const study *s, const json_t *drawn, verdict *v)
+{
+    json_t *inputs = json_deep_copy(drawn);
+    search a = {s, inputs, v};
+    if (!inputs) return NULL;
+    if (s->least.path)
+        find_least(&a);
+    else
+        run_all(s, inputs, v);
+    return inputs;
+}
+
+json_t *trial_inputs(const study *s, long index, int *run)
+{
+    json_t *drawn = study_draw(s, index);
+    bool several = run && s->protocol.type == STUDY_SIX_FORCES;
+    if (run) *run = 0;
+    if (!drawn || !(several || s->least.path)) return drawn;
+    verdict v = empty_verdict();
+    json_t *inputs = run_with(s, drawn, &v);
+    for (size_t i = several ? json_array_size(v.directions) : 0; i-- > 0;)
+        if (!json_is_true(json_object_get(json_array_get(v.directions, i), "success"))) *run = (int)i;
+    json_decref(drawn);
+    free_verdict(&v);
+    return inputs;
+}
+
 json_t *trial_run(const study *s, long index)
 {
-    verdict v = {.recorded = json_object(), .directions = json_array(), .errors = json_array(), .grasp = json_object()};
-    json_t *inputs = study_draw(s, index);
-    if (!inputs) return NULL;
+    json_t *drawn = study_draw(s, index);
+    if (!drawn) return NULL;
+    verdict v = empty_verdict();
     double started = clock_seconds();
-    if (s->least.path)
-        search_least(s, inputs, &v);
-    else
-        run_all(s, inputs, &v);
-    add_grasp(s, inputs, v.recorded);
-    json_object_update(v.recorded, v.grasp);
-    json_decref(v.grasp);
-    char hash[24];
-    snprintf(hash, sizeof hash, "%016" PRIx64, v.hash);
-    json_t *answer = json_pack("{s:I, s:o, s:s, s:b, s:i, s:f, s:f, s:s, s:o, s:o, s:o}", "index", (json_int_t)index,
-                               "inputs", inputs, "status", v.status, "success", (int)v.success, "exit", v.exit,
-                               "wall_time", clock_seconds() - started, "run_time", v.wall_time, "hash", hash,
-                               "recorded", v.recorded, "directions", v.directions, "errors", v.errors);
+    json_t *inputs = run_with(s, drawn, &v), *answer = NULL;
+    if (inputs) {
+        add_grasp(s, inputs, v.recorded);
+        json_object_update(v.recorded, v.grasp);
+        char hash[24];
+        snprintf(hash, sizeof hash, "%016" PRIx64, v.hash);
+        answer = json_pack("{s:I, s:O, s:s, s:b, s:i, s:f, s:f, s:s, s:O, s:O, s:O}", "index", (json_int_t)index,
+                           "inputs", drawn, "status", v.status, "success", (int)v.success, "exit", v.exit, "wall_time",
+                           clock_seconds() - started, "run_time", v.wall_time, "hash", hash, "recorded", v.recorded,
+                           "directions", v.directions, "errors", v.errors);
+    }
+    json_decref(inputs);
+    json_decref(drawn);
+    free_verdict(&v);
     return answer;
-}
-
-/* ---- Before any trial. ---- */
-
-/* The document of a run of no steps has all the names there are. */
-static json_t *example_document(const study *s, scene_error *error)
-{
-    scene *base;
-    world *w;
-    char reason[256];
-    json_t *document = NULL;
-    if (scene_load_document(s->scene_file, s->scene_text, s->scene_length, s->scene, &base, error) != SCENE_OK)
-        return NULL;
-    world_settings settings = world_default_settings(base);
-    settings.contact_solver = s->contact_solver;
-    if (world_create(base, &settings, &w, reason) == WORLD_OK) {
-        simulation_result result;
-        simulation *sim = simulation_start(w);
-        if (sim) {
-            simulation_finish(sim, &result);
-            document = simulation_document(w, &result, true);
-            simulation_free(&result);
-        }
-        world_free(w);
-    } else {
-        snprintf(error->text, sizeof error->text, "%.4096s: %s", s->scene_file, reason);
-    }
-    scene_free(base);
-    return document;
-}
-
-/* Tells whether a result of `list`, fingers or joints, may be there in a trial and not in the example. Hands have
- * fingers where they touch: as long as none does, nobody knows their names, nor what is known of them. */
-static bool may_come(const json_t *document, const char *list, const char *name)
-{
-    size_t length = strlen(list);
-    const char *rest = strncmp(name, list, length) == 0 && name[length] == '.' ? strchr(name + length + 1, '.') : NULL;
-    if (!rest) return false;
-    if (json_array_size(json_object_get(document, list)) == 0) return true;
-    char any[256];
-    json_t *found = json_object();
-    bool known = found && snprintf(any, sizeof any, "%s.*%s", list, rest) < (int)sizeof any &&
-                 record_take(document, any, found) > 0;
-    json_decref(found);
-    return known;
-}
-
-static scene_status check_records(const study *s, scene_error *error)
-{
-    if (s->record_count == 0) return SCENE_OK;
-    json_t *document = example_document(s, error), *found = json_object();
-    scene_status status = document ? SCENE_OK : SCENE_BAD_INPUT;
-    for (size_t i = 0; i < s->record_count && status == SCENE_OK; i++) {
-        bool is_known = record_is_static(s->records[i]);
-        if (is_known) {
-            study one = *s;
-            one.records = s->records + i;
-            one.record_count = 1;
-            scene nothing = {.finger_count = 0};
-            is_known = record_grasp(&one, &nothing, 0.0, found);
-        } else {
-            is_known = record_take(document, s->records[i], found) > 0 || strncmp(s->records[i], "statics", 7) == 0 ||
-                       may_come(document, "fingers", s->records[i]) || may_come(document, "joints", s->records[i]);
-        }
-        if (is_known) continue;
-        status = study_refuse_record(s, i, error);
-    }
-    json_decref(document);
-    json_decref(found);
-    return status;
-}
-
-/* What is wrong stands in the scene's place for it, but came from a draw. */
-static void say_that_it_was_drawn(const study *s, scene_error *error)
-{
-    scene_error of_scene = *error;
-    snprintf(error->text, sizeof error->text, "%.2048s: vary: no trial tried is a legal scene; in trial 0, %.3900s",
-             s->file, of_scene.text);
-}
-
-scene_status trial_check(const study *s, scene_error *error)
-{
-    enum { DRAWS = 8 };
-    scene_status status = check_records(s, error);
-    scene_error first;
-    bool illegal = false;
-    for (long k = 0; k < DRAWS && k < s->samples && status == SCENE_OK; k++) {
-        scene *drawn;
-        double begin;
-        json_t *inputs = study_draw(s, k);
-        if (!inputs) return SCENE_NO_MEMORY;
-        scene_status drawn_status = trial_scene(s, inputs, 0, &drawn, &begin, k == 0 ? error : &first);
-        scene_free(drawn);
-        json_decref(inputs);
-        if (drawn_status != SCENE_BAD_INPUT) return drawn_status; /* one that is legal is enough */
-        illegal = k + 1 == DRAWS || k + 1 == s->samples;
-        if (illegal) status = SCENE_BAD_INPUT;
-    }
-    if (illegal && s->variation_count > 0) say_that_it_was_drawn(s, error);
-    return status;
 }

@@ -51,8 +51,19 @@ trial_outcome trial_run_once(const study *s, json_t *inputs, int run, const tria
  * `directions` and `errors`, as the tables of the results. dInitODE2 must have been called. */
 json_t *trial_run(const study *s, long index);
 
-/* Checks that the names of `record` are there, and that not all of the first draws are refused. *error says what is
- * wrong; dInitODE2 must have been called. */
+/* The inputs with which a trial alone is what its row is of: those that were drawn and, where the study looks for a
+ * least value, the one that holds, or the greatest where none does. For that the search is made again. *run becomes the
+ * first of the protocol's directions that fails, which takes a trial, too; NULL: nobody asks. NULL when memory runs
+ * out. dInitODE2 must have been called. */
+json_t *trial_inputs(const study *s, long index, int *run);
+
+/* Sets the quantity of the study's search among the inputs. */
+void trial_set_least(const study *s, json_t *inputs, double value);
+
+/* check.c */
+
+/* Checks that the names of `record` are there, and that not all trials are illegal scenes, of a study of a thousand
+ * trials at most. *error says what is wrong; dInitODE2 must have been called. */
 scene_status trial_check(const study *s, scene_error *error);
 
 /* record.c */

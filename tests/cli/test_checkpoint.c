@@ -211,6 +211,8 @@ static void test_other_runs(void **state)
     assert_int_equal(r.status, 0);
     program_free(&r);
     cli_refused(PINCH(folder, "run", SCENE("mug.json"), "--json", "--resume", "run.state"), 2, "of another scene");
+    cli_refused(PINCH(folder, "run", SCENE("egg.json"), "--json", "--duration", "9", "--resume", "run.state"), 2,
+                "--duration must be the same");
     cli_refused(PINCH(folder, "run", SCENE("egg.json"), "--json", "--step", "5e-4", "--resume", "run.state"), 2,
                 "of another scene, or of a run with other options");
     cli_refused(PINCH(folder, "run", SCENE("egg.json"), "--json", "--tolerance", "1e-9", "--resume", "run.state"), 2,

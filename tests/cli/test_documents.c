@@ -47,6 +47,11 @@ static void test_run(void **state)
     FOLLOWS("run", "run", SCENE("egg.json"), "--duration", "0");
     FOLLOWS("run", "run", SCENE("twist.json"), "--duration", "0.1", "--contact-solver", "quickstep");
     FOLLOWS("run", "run", SCENE("example-3.json"), "--duration", "0.1", "--max-iterations", "1");
+    /* hands, with couplings, loops and several objects */
+    FOLLOWS("run", "run", SCENE("hands/robotiq-like-peg.json"), "--duration", "0.02");
+    FOLLOWS("run", "run", SCENE("hands/shadow-like-lift.json"), "--duration", "0.02");
+    FOLLOWS("run", "run", SCENE("hands/parallel-gripper-hand-over.json"), "--duration", "0.02", "--contact-solver",
+            "quickstep");
 }
 
 static void test_solve(void **state)
@@ -56,6 +61,8 @@ static void test_solve(void **state)
     FOLLOWS("solve", "solve", SCENE("example-3.json"), "--formulation", "lcp", "--solver", "pgs", "--max-iterations",
             "3");
     FOLLOWS("solve", "solve", SCENE("paper/example-2.json"), "--faithful", "--no-reserves");
+    FOLLOWS("solve", "solve", SCENE("example-3.json"), "--directions");
+    FOLLOWS("solve", "solve", SCENE("hands/robotiq-like-precision-cube.json"), "--at-end");
 }
 
 static void test_lcp(void **state)
@@ -169,7 +176,7 @@ static void test_compare(void **state)
 static void test_every_command_is_here(void **state)
 {
     (void)state;
-    static const char *const known[] = {"run",    "solve", "compare", "lcp",     "bench",
+    static const char *const known[] = {"run",    "solve", "compare", "lcp",      "bench",
                                         "replay", "study", "hand",    "validate", "friction"};
     static const char *const others[] = {"exec"}; /* prints none; it writes its statistics into a file */
     program_result list = PINCH(NULL, "--help");

@@ -271,6 +271,19 @@ static void test_several_scenes(void **state)
     program_remove_folder(folder);
 }
 
+/* A pair that no run does is refused as a run refuses it. */
+static void test_solver_pair(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    char *text = replace_first(good_plane, "{", "{\"solver\": {\"name\": \"pgs\", \"formulation\": \"coulomb\"}, ");
+    free(program_write_file(folder, "pgs.json", text));
+    assert_refused(folder, "pgs.json",
+                   "solver pgs does not do formulation coulomb here; there are nsnmgk with coulomb");
+    free(text);
+    program_remove_folder(folder);
+}
+
 static void assert_usage_error(char *a, char *b, char *c, const char *said)
 {
     program_result r = pinch(NULL, a, b, c);
@@ -315,11 +328,12 @@ static void test_help_and_version(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_broken_scenes),    cmocka_unit_test(test_unreadable_files),
-        cmocka_unit_test(test_hostile_texts),    cmocka_unit_test(test_print_round_trip),
-        cmocka_unit_test(test_shipped_scenes),   cmocka_unit_test(test_json_verdict),
-        cmocka_unit_test(test_several_scenes),   cmocka_unit_test(test_usage),
-        cmocka_unit_test(test_help_and_version), cmocka_unit_test(test_huge_documents),
+        cmocka_unit_test(test_broken_scenes),  cmocka_unit_test(test_unreadable_files),
+        cmocka_unit_test(test_hostile_texts),  cmocka_unit_test(test_print_round_trip),
+        cmocka_unit_test(test_shipped_scenes), cmocka_unit_test(test_json_verdict),
+        cmocka_unit_test(test_several_scenes), cmocka_unit_test(test_solver_pair),
+        cmocka_unit_test(test_usage),          cmocka_unit_test(test_help_and_version),
+        cmocka_unit_test(test_huge_documents),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

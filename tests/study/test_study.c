@@ -159,7 +159,8 @@ static void test_refusals(void **state)
     } cases[] = {
         {"{}", "study.json:1: format: expected this key"},
         {"{\"format\": \"pinch-study/1\",\n \"scene\": \"nowhere.json\", \"trials\": {\"samples\": 1}}",
-         "nowhere.json"},
+         "study.json:2: scene: expected a scene file that can be read (No such file or directory), got "
+         "\"nowhere.json\""},
         {"{\"format\": \"pinch-study/2\",\n \"scene\": \"cube.json\", \"trials\": {\"samples\": 1}}", "pinch-study/1"},
         {"{\"format\": \"pinch-study/1\", \"scene\": \"cube.json\",\n\"trials\": {}}", "study.json:2: trials.samples"},
         {"{\"format\": \"pinch-study/1\", \"scene\": \"cube.json\",\n\"trials\": {\"samples\": 0}}", "trials.samples"},
@@ -177,6 +178,19 @@ static void test_refusals(void **state)
         {HEAD TABLE VARY "\"columns\": [\"z\"]}]}", "vary[0].columns[0]: expected a column of"},
         {HEAD VARY "\"uniform\": [1, 2], \"values\": [1]}]}", "vary[0]: expected one of"},
         {HEAD VARY "\"uniform\": [1, 2]}, {\"path\": \"/object/mass\", \"uniform\": [1, 2]}]}", "vary[1].path"},
+        {HEAD VARY "\"uniform\": [1, 2]},\n{\"path\": \"/object\", \"values\": [{}]}]}",
+         "study.json:4: vary[1].path: expected a path that sets nothing again, got /object, and /object/mass varies "},
+        {HEAD "\"vary\": [{\"path\": \"/object/position\", \"values\": [[0, 0, 0]]}, {\"path\": "
+              "\"/object/position/2\", \"uniform\": [0, 1]}]}",
+         "vary[1].path: expected a path that sets nothing again, got /object/position/2"},
+        {HEAD VARY "\"uniform\": [1, 2]}],\n\"least\": {\"path\": \"/object/mass\", \"from\": 1, \"to\": 2}}",
+         "study.json:4: least.path: expected a path that does not vary already"},
+        {HEAD "\"vary\": [{\"path\": \"/fingers/0/friction\", \"uniform\": [0, 1]}],\n\"least\": {\"path\": "
+              "\"/fingers/*\", \"from\": 1, \"to\": 2}}",
+         "least.path: expected a path that sets nothing again"},
+        {HEAD "\"vary\": [{\"path\": \"/fingers/00/friction\", \"uniform\": [0, 1]}]}", "vary[0].path"},
+        {HEAD "\"vary\": [{\"path\": \"/schedule/0/gravity\", \"values\": [[0, 0, 0]]}]}",
+         "vary[0].path: expected a path that the scene has; the list that /schedule/0/gravity lies in is left to its "},
         {HEAD "\"vary\": [{\"path\": \"/object/colour\", \"uniform\": [1, 2]}]}", "study.json:3: vary[0].path"},
         {HEAD "\"vary\": [{\"path\": \"object.mass\", \"uniform\": [1, 2]}]}", "vary[0].path"},
         {HEAD "\"vary\": [{\"path\": \"/fingers/7/friction\", \"uniform\": [1, 2]}]}", "vary[0].path"},
@@ -191,6 +205,12 @@ static void test_refusals(void **state)
         {HEAD "\"record\": [\"grasp.beauty\"]}", "record[0]"},
         {HEAD "\"record\": [\"object.creep\", \"fingers.*.beauty\"]}", "record[1]"},
         {HEAD "\"record\": [\"fingers.thumb.beauty\"]}", "record[0]"},
+        {HEAD "\"record\": [\"fingers.thumb.slip_total\"]}", "record[0]"},
+        {HEAD "\"record\": [\"joints.thumb.torque\"]}", "record[0]"},
+        {HEAD "\"record\": [\"statics.nope\"]}", "record[0]"},
+        {HEAD "\"record\": [\"statics.status\", \"statics_of_all\"]}", "record[1]"},
+        {HEAD "\"least\": {\"path\": \"/object/name\", \"from\": 1, \"to\": 2}}",
+         "study.json: least: no trial tried is a legal scene; in trial 0, "},
         {HEAD VARY "\"values\": [\"heavy\"]}]}", "object.mass: expected a number"},
         {HEAD VARY "\"uniform\": [-2, -1]}]}", "study.json: vary: no trial tried is a legal scene; in trial 0, "},
     };
@@ -207,11 +227,81 @@ static void test_refusals(void **state)
     free(program_write_file(folder, "grasps2.csv", "x,y,x\n1,2,3\n"));
     cli_refused(PINCH(folder, "study", "study.json", "--out", "r.sqlite"), 2,
                 "grasps2.csv:1: expected each column once, got \"x\" as columns 1 and 3");
+    static const char *const tables[][2] = {
+        {"x,y\n1,0x10\n", "grasps2.csv:2: column y: expected a number, got \"0x10\""},
+        {"x,\"y\n1,2\n", "grasps2.csv:1: expected quotation marks that begin and end a field"},
+        {"x,\"y\"z\n1,2\n", "grasps2.csv:1: expected quotation marks"},
+        {"x,y\n1,\"2\n", "grasps2.csv:2: expected quotation marks"},
+    };
+    for (size_t i = 0; i < sizeof tables / sizeof *tables; i++) {
+        free(program_write_file(folder, "grasps2.csv", tables[i][0]));
+        cli_refused(PINCH(folder, "study", "study.json", "--out", "r.sqlite"), 2, tables[i][1]);
+    }
     /* as a spreadsheet writes it, with a byte order mark and line ends of two characters */
     free(program_write_file(folder, "grasps2.csv", "\xEF\xBB\xBFx,y\r\n1,2\r\n"));
     study_free(load(HEAD "\"table\": \"grasps2.csv\", " VARY "\"columns\": [\"x\"]}]}"));
     cli_refused(PINCH(folder, "study", "study.json"), 2, "--out");
     cli_refused(PINCH(folder, "study", "study.json", "--out", "r.sqlite", "--out", "study.json"), 2, "");
+}
+
+/* One legal trial is enough, wherever it stands among the others. */
+static void test_bad_draws(void **state)
+{
+    (void)state;
+    static const char *const orders[] = {"-1, 0.5", "0.5, -1"};
+    for (int k = 0; k < 2; k++) {
+        char text[1024];
+        scene_error error;
+        snprintf(text, sizeof text,
+                 GRID "\"vary\": [{\"path\": \"/object/mass\", \"values\": [%s]}, {\"path\": \"/simulation/step\", "
+                      "\"values\": [1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3, 7e-3, 8e-3, 9e-3]}]}",
+                 orders[k]);
+        study *s = load(text);
+        dInitODE2(0);
+        assert_int_equal(trial_check(s, &error), SCENE_OK);
+        json_t *trial = trial_run(s, k == 0 ? 0 : 9);
+        assert_string_equal(json_string_value(json_object_get(trial, "status")), "bad_draw");
+        json_decref(trial);
+        world_close_ode();
+        study_free(s);
+    }
+}
+
+/* A scene whose solver does not do its formulation is a bad draw with the reason, and no lack of memory. */
+static void test_solver_pairs(void **state)
+{
+    (void)state;
+    study *s = load(GRID "\"vary\": [{\"path\": \"/solver/name\", \"values\": [\"pgs\", \"newton\"]}]}");
+    scene_error error;
+    dInitODE2(0);
+    assert_int_equal(trial_check(s, &error), SCENE_OK);
+    json_t *trial = trial_run(s, 0);
+    const json_t *fault = json_array_get(json_object_get(trial, "errors"), 0);
+    assert_string_equal(json_string_value(json_object_get(trial, "status")), "bad_draw");
+    assert_non_null(strstr(json_string_value(json_object_get(fault, "message")), "solver pgs does not do formulation"));
+    json_decref(trial);
+    world_close_ode();
+    study_free(s);
+    cli_refused(PINCH(folder, "study", "study.json", "--trial", "0"), 2, "solver pgs does not do formulation coulomb");
+}
+
+/* A component of a vector that the scene leaves to its default: the others keep that. */
+static void test_component_of_a_default(void **state)
+{
+    (void)state;
+    study *s = load(HEAD "\"vary\": [{\"path\": \"/object/orientation/3\", \"uniform\": [0, 1e-9]}, {\"path\": "
+                         "\"/gravity/0\", \"uniform\": [1, 2]}]}");
+    scene_error error;
+    scene *run;
+    double begin;
+    json_t *inputs = study_draw(s, 0);
+    if (trial_scene(s, inputs, 0, &run, &begin, &error) != SCENE_OK) fail_msg("%s", error.text);
+    assert_close(run->objects[0].orientation[0], 1, 1e-15);
+    assert_close(run->gravity[0], drawn(s, 0, "/gravity/0"), 0);
+    assert_close(run->gravity[2], -9.81, 0);
+    scene_free(run);
+    json_decref(inputs);
+    study_free(s);
 }
 
 /* Phases that are appended to a schedule. */
@@ -269,8 +359,10 @@ static void test_protocols(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_sobol),    cmocka_unit_test(test_distributions), cmocka_unit_test(test_grid_and_table),
-        cmocka_unit_test(test_refusals), cmocka_unit_test(test_protocols),
+        cmocka_unit_test(test_sobol),          cmocka_unit_test(test_distributions),
+        cmocka_unit_test(test_grid_and_table), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_protocols),      cmocka_unit_test(test_bad_draws),
+        cmocka_unit_test(test_solver_pairs),   cmocka_unit_test(test_component_of_a_default),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -171,6 +171,18 @@ static void results_of_another_study_are_refused(void **state)
     expect(PINCH(folder, "study", "other.json", "--out", "other.sqlite", "--quiet"), 0);
     cli_refused(PINCH(folder, "study", "beside.json", "--out", "p.sqlite", "--resume", "--beside", "other.sqlite"), 2,
                 "same study");
+    /* nothing is begun for them, and results are not beside themselves */
+    cli_refused(PINCH(folder, "study", "beside.json", "--out", "new.sqlite", "--beside", "none.sqlite"), 2,
+                "none.sqlite: cannot be read");
+    cli_refused(PINCH(folder, "study", "beside.json", "--out", "new.sqlite", "--beside", "other.sqlite"), 2,
+                "same study");
+    cli_refused(PINCH(folder, "study", "beside.json", "--out", "new.sqlite", "--beside", "new.sqlite"), 2,
+                "new.sqlite: cannot be read");
+    cli_refused(PINCH(folder, "study", "beside.json", "--out", "p.sqlite", "--resume", "--beside", "p.sqlite"), 2,
+                "p.sqlite is the file that is read");
+    char path[4096];
+    snprintf(path, sizeof path, "%s/new.sqlite", folder);
+    assert_int_not_equal(access(path, F_OK), 0);
 }
 
 /* ---- Files that the scene refers to. ---- */

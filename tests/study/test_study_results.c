@@ -333,6 +333,28 @@ static bool take_bounds(void *context, const json_t *names, json_t *row)
     return true;
 }
 
+/* A name with a quotation mark has its column like any other. */
+static void test_quoted_names(void **state)
+{
+    (void)state;
+    free(program_write_file(
+        folder, "quoted.json",
+        "{\"format\": \"pinch-study/1\", \"scene\": \"cube.json\", \"trials\": {\"design\": "
+        "\"grid\"}, \"vary\": [{\"path\": \"/fingers/0/name\", \"values\": [\"q\\\"x\", \"plain\"]}],"
+        " \"record\": [\"fingers.*.peak_normal_force\"]}"));
+    expect(PINCH(folder, "study", "quoted.json", "--out", "quoted.sqlite", "--csv", "quoted.csv", "--quiet"), 0);
+    char path[4096];
+    snprintf(path, sizeof path, "%s/quoted.csv", folder);
+    char *csv = program_read_file(path), *column = strstr(csv, "\"fingers.q\"\"x.peak_normal_force\"");
+    assert_non_null(column);
+    size_t commas = 0;
+    for (const char *c = csv; c < column; c++) commas += *c == ',';
+    const char *cell = strchr(csv, '\n') + 1;
+    for (; commas > 0; cell++) commas -= *cell == ',';
+    assert_close(strtod(cell, NULL), 10, 1);
+    free(csv);
+}
+
 /* Closing and gravity come in slowly, so that nothing swings. */
 #define SLOW_FINGER(name, x, n)                                                                                        \
     "{\"name\": \"" name "\", \"point\": [" x ", 0, 0], \"normal\": [" n ", 0, 0], \"model\": \"soft\", "              \
@@ -405,6 +427,15 @@ static void test_errors(void **state)
     cli_refused(PINCH(folder, "study", "small.json", "--out", "text.sqlite", "--resume"), 2, "no database");
     cli_refused(PINCH(folder, "study", "small.json", "--out", "nowhere/r.sqlite"), 3, "cannot be written");
     cli_refused(PINCH(folder, "study", "small.json", "--out", "."), 2, "--out");
+    /* what would be written at the end is refused at the start */
+    cli_refused(PINCH(folder, "study", "small.json", "--out", "late.sqlite", "--csv", "nowhere/r.csv"), 3,
+                "nowhere/r.csv");
+    cli_refused(PINCH(folder, "study", "small.json", "--out", "late.sqlite", "--report", "nowhere/r.html"), 3,
+                "nowhere/r.html");
+    char path[4096];
+    struct stat about;
+    snprintf(path, sizeof path, "%s/late.sqlite", folder);
+    assert_int_not_equal(stat(path, &about), 0);
 }
 
 /* A page in the middle is overwritten. */
@@ -454,6 +485,8 @@ static void test_schema(void **state)
     json_t *document = json_loads(study_text, JSON_DECODE_INT_AS_REAL, &error);
     assert_non_null(schema);
     assert_int_equal(schema_faults(schema, document), 0);
+    json_object_set_new(document, "success", json_loads("{\"no_events\": [\"limit\"]}", 0, &error));
+    assert_int_equal(schema_faults(schema, document), 0);
     json_object_set_new(document, "colour", json_true());
     assert_true(schema_faults(schema, document) > 0);
     json_decref(document);
@@ -465,8 +498,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_same_rows), cmocka_unit_test(test_interrupt),    cmocka_unit_test(test_mpi),
         cmocka_unit_test(test_report),    cmocka_unit_test(test_report_plays), cmocka_unit_test(test_statistics),
-        cmocka_unit_test(test_one_trial), cmocka_unit_test(test_least),        cmocka_unit_test(test_errors),
-        cmocka_unit_test(test_damaged),   cmocka_unit_test(test_full_disk),    cmocka_unit_test(test_schema),
+        cmocka_unit_test(test_one_trial), cmocka_unit_test(test_quoted_names), cmocka_unit_test(test_least),
+        cmocka_unit_test(test_errors),    cmocka_unit_test(test_damaged),      cmocka_unit_test(test_full_disk),
+        cmocka_unit_test(test_schema),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

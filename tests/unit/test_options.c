@@ -183,12 +183,17 @@ static void test_pairs(void **state)
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         pinch_solver s = rows[i].solver;
-        assert_true(command_pair_exists(COMMAND_STATIC, s, SCENE_LCP));
-        assert_int_equal(command_pair_exists(COMMAND_STATIC, s, SCENE_COULOMB), rows[i].static_coulomb);
-        assert_int_equal(command_pair_exists(COMMAND_RUN, s, SCENE_COULOMB), rows[i].run_coulomb);
+        assert_true(scene_pair_exists(SCENE_FOR_STATICS, s, SCENE_LCP));
+        assert_int_equal(scene_pair_exists(SCENE_FOR_STATICS, s, SCENE_COULOMB), rows[i].static_coulomb);
+        assert_int_equal(scene_pair_exists(SCENE_FOR_RUN, s, SCENE_COULOMB), rows[i].run_coulomb);
     }
-    assert_int_equal(command_check_pair("probe", COMMAND_RUN, PINCH_SOLVER_PGS, SCENE_COULOMB), COMMAND_BAD_INPUT);
-    assert_int_equal(command_check_pair("probe", COMMAND_STATIC, PINCH_SOLVER_PGS, SCENE_LCP), COMMAND_DONE);
+    char text[SCENE_SOLVER_TEXT];
+    scene_solver pgs = {.name = PINCH_SOLVER_PGS, .formulation = SCENE_COULOMB};
+    assert_false(scene_check_pair(SCENE_FOR_RUN, &pgs, text));
+    assert_non_null(strstr(text, "solver pgs does not do formulation coulomb here; there are nsnmgk with coulomb"));
+    assert_non_null(strstr(text, ", pgs with lcp"));
+    pgs.formulation = SCENE_LCP;
+    assert_true(scene_check_pair(SCENE_FOR_STATICS, &pgs, text));
 }
 
 static void test_counts(void **state)

@@ -108,7 +108,8 @@ typedef struct pinch_statics_result {
     double translation[3], rotation[3];     /* m, rad */
     pinch_static_verification verification; /* of an answer, or of what was refused as unverified */
     /* unit length in the metric |translation|^2 + radius^2 |rotation|^2; zero where the status has none. infeasible:
-     * the twist that proves it; unstable: how the object escapes. m/m and rad/m. */
+     * the twist that proves it, against which the wrench works, so that the object escapes the other way; unstable: how
+     * the object escapes. m/m and rad/m. */
     double twist[6];
     double stiffness[36];    /* d(load)/d(displacement), N/m, N, N m: open fingers left out, all others sticking;
                               * row-major; NaN unless converged */
@@ -189,7 +190,7 @@ PINCH_API void pinch_statics_verify(const pinch_grasp *grasp, const pinch_static
 
 /*
  * Does the twist prove that no forces inside the (exact or linearized) friction limits balance the wrench? It does when
- * the wrench works along it and no contact force can work against: true when forces that balanced nevertheless would
+ * the wrench works against it and no contact force can work along it: true when forces that balanced nevertheless would
  * have to exceed 1e6 times the wrench.
  */
 PINCH_API bool pinch_statics_proves_infeasible(const pinch_grasp *grasp, const pinch_statics_settings *settings,
