@@ -83,6 +83,11 @@ static command_status run_bench(const options *o)
         if (strcmp(o->arguments[0], benchmarks[i].name) != 0) continue;
         command_status status = check_options(o, benchmarks[i].name, benchmarks[i].takes);
         if (status != COMMAND_DONE) return status;
+        if (o->given[OPTION_MAX_SIZE] && o->max_size < o->min_size) {
+            command_error("bench", "--max-size: expected at least the --min-size of %d, got %d", o->min_size,
+                          o->max_size);
+            return COMMAND_BAD_INPUT;
+        }
         progress line;
         bench_request request = request_from(o, benchmarks[i].name);
         request.line = &line;

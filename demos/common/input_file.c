@@ -37,9 +37,14 @@ FILE *input_open(const char *path)
 {
     enum { PATIENCE = 1000 }; /* ms */
     int descriptor = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-    struct stat about;
+    struct stat about = {.st_mode = 0};
     struct pollfd pipe = {.fd = descriptor, .events = POLLIN};
     if (descriptor >= 0 && fstat(descriptor, &about) == 0 && S_ISFIFO(about.st_mode)) (void)poll(&pipe, 1, PATIENCE);
+    if (descriptor >= 0 && S_ISDIR(about.st_mode)) {
+        close(descriptor);
+        errno = EISDIR;
+        return NULL;
+    }
     int flags = descriptor < 0 ? -1 : fcntl(descriptor, F_GETFL);
     FILE *stream = flags >= 0 && fcntl(descriptor, F_SETFL, flags & ~O_NONBLOCK) == 0 ? fdopen(descriptor, "rb") : NULL;
     int error = errno;

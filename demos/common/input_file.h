@@ -13,7 +13,7 @@ typedef enum input_status { INPUT_READ = 0, INPUT_REFUSED, INPUT_NO_MEMORY } inp
 FILE *input_open_regular(const char *path, char *fault);
 
 /* Opens a file that the command line names, which may be a pipe: one that nobody writes to is at its end and does not
- * block. NULL as fopen returns it, with errno. */
+ * block. NULL as fopen returns it, with errno, and of a directory, too. */
 FILE *input_open(const char *path);
 
 /* Reads the rest of `stream`, at most `most` bytes, and closes it. `text` is followed by a zero byte and is the

@@ -44,7 +44,7 @@ static void refuse_document(hand_reader *r, const xmlNode *at, const char *file,
     else if (at)
         reader_refuse(r, at, "expected an XML document in %s, but line %d has: %s", file, line, message);
     else
-        reader_refuse(r, NULL, "line %d: expected an XML document: %s", line, message);
+        reader_refuse_line(r, line, "expected an XML document: %s", message);
 }
 
 xmlDoc *reader_document(hand_reader *r, const xmlNode *at, const char *file)

@@ -58,12 +58,22 @@ static void make_plain(char *text)
         if ((unsigned char)*text < 0x20 || *text == 0x7f) *text = ' ';
 }
 
+/* Refuses with what is wrong, after the place of length `used` that the error begins with. */
+static bool refuse_there(hand_reader *r, int used, const char *format, va_list arguments)
+{
+    char *text = r->error->text;
+    size_t at = used > 0 ? (size_t)used : 0;
+    r->status = HAND_BAD_INPUT;
+    vsnprintf(text + at, sizeof r->error->text - at, format, arguments);
+    make_plain(text);
+    return false;
+}
+
 bool reader_refuse(hand_reader *r, const xmlNode *at, const char *format, ...)
 {
     if (r->status != HAND_OK) return false;
-    r->status = HAND_BAD_INPUT;
     char *text = r->error->text;
-    size_t size = sizeof r->error->text, used = 0;
+    size_t size = sizeof r->error->text;
     int n;
     if (at) {
         const char *name = xml_text(at, "name");
@@ -72,12 +82,21 @@ bool reader_refuse(hand_reader *r, const xmlNode *at, const char *format, ...)
     } else {
         n = snprintf(text, size, "%.300s: ", r->h->file);
     }
-    used = n > 0 ? (size_t)n : 0;
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(text + used, size - used, format, arguments);
+    (void)refuse_there(r, n, format, arguments);
     va_end(arguments);
-    make_plain(text);
+    return false;
+}
+
+bool reader_refuse_line(hand_reader *r, int line, const char *format, ...)
+{
+    if (r->status != HAND_OK) return false;
+    int n = snprintf(r->error->text, sizeof r->error->text, "%.300s:%d: ", r->h->file, line);
+    va_list arguments;
+    va_start(arguments, format);
+    (void)refuse_there(r, n, format, arguments);
+    va_end(arguments);
     return false;
 }
 

@@ -25,7 +25,9 @@ char *reader_text(hand_reader *r, const char *format, ...) __attribute__((format
 
 /* Sets the error "FILE:LINE: <ELEMENT name="...">: ..." and returns false. */
 bool reader_refuse(hand_reader *r, const xmlNode *at, const char *format, ...) __attribute__((format(printf, 3, 4)));
-/* The same for a link that has been read. */
+/* "FILE:LINE: ..." for a text that is no document. */
+bool reader_refuse_line(hand_reader *r, int line, const char *format, ...) __attribute__((format(printf, 3, 4)));
+/* As reader_refuse, for a link that has been read. */
 bool reader_refuse_link(hand_reader *r, const hand_link *link, const char *what);
 bool reader_no_memory(hand_reader *r);
 

@@ -228,6 +228,22 @@ static void read_link(hand_reader *r, const xmlNode *root, urdf_link *entries, u
     }
 }
 
+/* A bound of 0 or more. Many files write 0 where none is known, as MuJoCo has it, too, and those that were made of SDF
+ * write -1, which means no bound there. */
+static double read_bound(hand_reader *r, const xmlNode *limit, const char *key)
+{
+    double value = INFINITY;
+    reader_number(r, limit, key, &value);
+    if (r->status != HAND_OK || value > 0) return value;
+    if (value == -1)
+        reader_ignore(r, limit,
+                      strcmp(key, "effort") == 0 ? "effort of -1, taken as no bound"
+                                                 : "velocity of -1, taken as no bound");
+    else if (value < 0)
+        reader_refuse(r, limit, "expected %s >= 0, not %g", key, value);
+    return INFINITY;
+}
+
 static void read_limit(hand_reader *r, const xmlNode *node, bool continuous, hand_joint *joint)
 {
     const xmlNode *limit = xml_child(node, "limit");
@@ -236,7 +252,6 @@ static void read_limit(hand_reader *r, const xmlNode *node, bool continuous, han
             reader_refuse(r, node, "expected <limit>; a joint that turns without end has the type \"continuous\"");
         return;
     }
-    double effort = INFINITY, velocity = INFINITY;
     if (!continuous) {
         joint->limited = true;
         joint->lower = joint->upper = 0;
@@ -245,12 +260,9 @@ static void read_limit(hand_reader *r, const xmlNode *node, bool continuous, han
         if (r->status == HAND_OK && joint->lower > joint->upper)
             reader_refuse(r, limit, "expected lower <= upper, not %g and %g", joint->lower, joint->upper);
     }
-    reader_number(r, limit, "effort", &effort);
-    reader_number(r, limit, "velocity", &velocity);
-    /* Many files write 0 where no bound is known, as MuJoCo has it, too. */
-    joint->effort = effort != 0 ? fabs(effort) : INFINITY;
+    joint->effort = read_bound(r, limit, "effort");
     joint->least_effort = -joint->effort;
-    joint->velocity = velocity != 0 ? fabs(velocity) : INFINITY;
+    joint->velocity = read_bound(r, limit, "velocity");
 }
 
 static void read_joint(hand_reader *r, const xmlNode *node, int link)

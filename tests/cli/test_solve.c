@@ -166,6 +166,15 @@ static void impossible_requests_are_usage_errors(void **state)
     r = PINCH(NULL, "solve", "no-such-scene.json");
     assert_int_equal(r.status, 2);
     program_free(&r);
+    r = PINCH(NULL, "lcp", ".");
+    assert_int_equal(r.status, 2);
+    assert_non_null(strstr(r.err, ".: cannot be read: Is a directory"));
+    program_free(&r);
+    r = PINCH(NULL, "bench", "step", "--min-size", "100", "--max-size", "3");
+    assert_int_equal(r.status, 2);
+    assert_string_equal(r.out, "");
+    assert_non_null(strstr(r.err, "--max-size: expected at least the --min-size of 100, got 3"));
+    program_free(&r);
     r = PINCH(NULL, "bench", "no-such-benchmark");
     assert_int_equal(r.status, 2);
     assert_non_null(strstr(r.err, "paper"));

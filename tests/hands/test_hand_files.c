@@ -171,7 +171,7 @@ static void wrong_calls_are_refused(void **state)
     (void)state;
     cli_refused(PINCH(NULL, "hand"), 2, "");
     cli_refused(PINCH(NULL, "hand", "none.urdf"), 2, "none.urdf: expected a readable file");
-    cli_refused(PINCH(NULL, "hand", SCENE("example-1.json")), 2, "expected an XML document");
+    cli_refused(PINCH(NULL, "hand", SCENE("example-1.json")), 2, "example-1.json:1: expected an XML document");
     cli_refused(PINCH(NULL, "hand", PINCH_SOURCE_DIR), 2, "expected a readable file");
     cli_refused(PINCH(NULL, "hand", "/dev/zero"), 2, "/dev/zero");
     cli_refused(PINCH(NULL, "hand", HAND("shadow-like.xml"), "--at", "WRJ1"), 2, "expected JOINT=POSITION");

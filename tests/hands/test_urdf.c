@@ -126,6 +126,22 @@ static void roll_pitch_yaw(void **state)
     program_remove_folder(folder);
 }
 
+/* SDF has -1 where there is no bound, and files that were made of it have it still. */
+static void minus_one_is_no_bound(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    hand *h = hand_from_text(folder, "h.urdf",
+                             "<robot name=\"r\"><link name=\"a\"/><link name=\"b\">" MASS(
+                                 "1") "</link>"
+                                      "<joint name=\"j\" type=\"continuous\">" ENDS(
+                                          "a", "b") "<limit effort=\"-1\" velocity=\"-1.0\"/></joint></robot>");
+    assert_true(isinf(h->joints[0].effort) && isinf(h->joints[0].velocity) && h->joints[0].effort > 0);
+    assert_int_equal(h->ignored_count, 2);
+    hand_free(h);
+    program_remove_folder(folder);
+}
+
 static void couplings_are_followed(void **state)
 {
     (void)state;
@@ -161,6 +177,10 @@ static const hand_fault faults[] = {
     {TWO("<joint name=\"j\" type=\"revolute\">" ENDS("a", "b") "</joint>"), "<joint", "expected <limit>"},
     {TWO("<joint name=\"j\" type=\"revolute\">" ENDS("a", "b") "\n<limit lower=\"2\" upper=\"1\"/></joint>"), "<limit",
      "expected lower <= upper, not 2 and 1"},
+    {TWO("<joint name=\"j\" type=\"revolute\">" ENDS("a", "b") "\n<limit upper=\"1\" effort=\"-3\"/></joint>"),
+     "<limit", "expected effort >= 0, not -3"},
+    {TWO("<joint name=\"j\" type=\"continuous\">" ENDS("a", "b") "\n<limit velocity=\"-0.5\"/></joint>"), "<limit",
+     "expected velocity >= 0, not -0.5"},
     {TWO("<joint name=\"j\" type=\"revolute\">" ENDS("a", "b") "\n<axis xyz=\"0 0 0\"/>" LIMIT "</joint>"), "<axis",
      "expected an axis with a direction"},
     {TWO("<joint name=\"j\" type=\"revolute\">" ENDS("a", "b") "\n<axis xyz=\"0 0\"/>" LIMIT "</joint>"), "<axis",
@@ -332,6 +352,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_element),
         cmocka_unit_test(roll_pitch_yaw),
+        cmocka_unit_test(minus_one_is_no_bound),
         cmocka_unit_test(couplings_are_followed),
         cmocka_unit_test(faults_have_lines),
         cmocka_unit_test(packages),
