@@ -4,6 +4,7 @@
 #include "common/command_status.h"
 #include "common/measure.h"
 #include "common/output.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
