@@ -113,8 +113,8 @@ double pinch_push_balance(const pinch_island_graph *graph, const pinch_island *i
 bool pinch_open_push(const pinch_step_context *context, const pinch_contact_store *contacts,
                      const pinch_island_graph *graph, const pinch_problem *problem, pinch_island *island);
 /* push_out.c, after a solve: finds out how much they have put in. */
-void pinch_judge_push(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
-                      const pinch_problem *problem, pinch_island *island);
+void pinch_judge_push(const pinch_step_context *context, const pinch_contact_store *contacts,
+                      const pinch_step_bodies *bodies, const pinch_problem *problem, pinch_island *island);
 /* push_out.c, after the last solve: sets what is left. */
 void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, pinch_island *island);
 /* read_out.c: writes the results of an island's contacts, and adds them up for the bodies. */

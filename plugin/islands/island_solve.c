@@ -253,7 +253,7 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
         }
         if (!pinch_island_is_solved(island)) return;
         bool put_in = joints_put_too_much_in(joints, graph, problem, island);
-        if (pushes) pinch_judge_push(contacts, bodies, problem, island);
+        if (pushes) pinch_judge_push(context, contacts, bodies, problem, island);
         bool pushed_in = pushes && !(island->push_work <= island->push_limit);
         if ((!put_in && !pushed_in) || last || try == TRIES || (jointed && !isfinite(j->work)) || !known) break;
         let_go = let_go || (pushed_in && push_pace == 0);

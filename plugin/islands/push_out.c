@@ -25,6 +25,11 @@
  *  - Contacts that push no more at all and still put too much in do so by friction: a jam has wound its springs up, or
  *    presses bodies onto a surface that moves with a force that has nothing to do with them. They let go: friction
  *    starts from rest then, on a surface at rest, and can only take.
+ *  - What comes up out of an overlap has to be lifted, with all that lies on it, and that takes as much at any pace. So
+ *    contacts may put in besides, along the way by which the bodies of a pair really come apart, the work of the
+ *    pair's own weight, or of the force that they carry where they carry it without being thrown. What they come in
+ *    again counts back, so that all of it is bounded by the depths that were there. Where bodies rise by the speed that
+ *    contacts gave them before, it makes up for what these put in then. Sweeps, which are no answer, lift nothing.
  *
  * A bounce gives back a part of what it takes. But where a body is jammed, or normals contradict each other, what
  * bounces off one contact is driven into the next, and a bounce gives many times what has come in. So bounces have no
@@ -45,11 +50,14 @@
 #include <math.h>
 #include <string.h>
 
-/* Of a step's fall, as for joints; of the balance, what is left of it after a step: overlaps are gone after some tens
- * of steps. */
+/* Of a step's fall, which is allowed in any case, as for joints; of the balance, what is left of it after a step:
+ * overlaps are gone after some tens of steps. */
 static const double OF_FALL = 0.2, LEFT = 0.98;
 /* Of the energy that overlaps ask for. A body lifts what lies on it. */
 static const double TIMES_ASKED_FOR = 2;
+/* Where overlaps ask for less than this part of a step's fall, what it takes to lift bodies out of them is not counted:
+ * the fall does it, in some steps. */
+static const double SHALLOW = 0.01;
 /* Softer ones than this part of what the bodies' inertia gives a contact in a step are springs, as in surface.c. */
 static const double STIFF = 0.01;
 
@@ -200,7 +208,9 @@ bool pinch_open_push(const pinch_step_context *context, const pinch_contact_stor
     double asked = sums.asked;
     if (island->joints.joint_rows > 0) asked = fmax(asked, energy_of_all(contacts, island, problem));
     island->push_balance = pinch_push_balance(graph, island);
-    island->push_limit = part_of_fall(context, problem) + TIMES_ASKED_FOR * asked + island->push_balance;
+    double fall = part_of_fall(context, problem);
+    island->push_limit = fall + fmax(TIMES_ASKED_FOR * asked + island->push_balance, 0);
+    island->push_lifts = asked > SHALLOW * fall;
     island->surface_limit = sums.of_surfaces;
     return true;
 }
@@ -272,8 +282,65 @@ static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_
     return fmin(fmax(problem->step * power, 0), island->surface_limit);
 }
 
-void pinch_judge_push(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
-                      const pinch_problem *problem, pinch_island *island)
+/* Returns the force (N) that presses the pair of a contact together from outside. */
+static double pressed_by(const pinch_problem *problem, const pinch_contact *c)
+{
+    double sum = 0;
+    if (c->body1 >= 0) sum += fmax(-pinch_v3_dot(problem->bodies[c->body1].external, c->normal), 0);
+    if (c->body2 >= 0) sum += fmax(pinch_v3_dot(problem->bodies[c->body2].external, c->normal), 0);
+    return sum;
+}
+
+/* Tells whether no body of a pair is accelerated by more than its weight would. */
+static bool is_steady(const answer *a, const pinch_contact *pair, double fall)
+{
+    for (int side = 0; side < 2; side++) {
+        int number = side ? pair->body2 : pair->body1;
+        double change[3];
+        if (number < 0) continue;
+        dBodyID body = pinch_island_body(a->bodies, a->range, number)->body;
+        pinch_v3_sub(a->problem->bodies[number].velocity_end, dBodyGetLinearVel(body), change);
+        if (!(pinch_v3_norm(change) <= fall)) return false;
+    }
+    return true;
+}
+
+/* Returns the work (J) of lifting where hard pairs come out of their overlaps: of each with what lies on it; where
+ * joints may hang all bodies on them, of all bodies by the mean of their ways. */
+static double work_of_lifting(const pinch_step_context *context, const pinch_contact_store *contacts,
+                              const pinch_step_bodies *bodies, const pinch_problem *problem, const pinch_island *island)
+{
+    answer found = {bodies, island->bodies, problem};
+    double of_pairs = 0, heights = 0, of_all = 0, fall = pinch_fall_in_step(context);
+    int pairs = 0;
+    for (int b = 0; b < problem->body_count; b++) of_all += pinch_v3_norm(problem->bodies[b].external);
+    walk at = {contacts, island, 0, 0};
+    for (int first = 0, k; first < problem->contact_count; first = k) {
+        const pinch_contact *pair = &problem->contacts[first];
+        double height = 0, force = 0, weight = pressed_by(problem, pair);
+        int overlaps = 0;
+        for (k = first; k < problem->contact_count; k++) {
+            const pinch_contact *c = &problem->contacts[k];
+            if (c->body1 != pair->body1 || c->body2 != pair->body2) break;
+            double push = push_of(c, next_rebound(&at), problem->step);
+            if (!(push > 0)) continue;
+            height += problem->step * fmin(mean_velocity(&found, c), push);
+            force += c->force[0];
+            overlaps++;
+        }
+        if (overlaps == 0) continue;
+        height /= overlaps;
+        if (force > weight && is_steady(&found, pair, fall)) weight = fmin(force, of_all);
+        of_pairs += height * weight;
+        heights += height;
+        pairs++;
+    }
+    bool hang_on_it = island->joints.joint_rows > 0 && pairs > 0;
+    return hang_on_it ? fmax(of_pairs, heights / pairs * of_all) : of_pairs;
+}
+
+void pinch_judge_push(const pinch_step_context *context, const pinch_contact_store *contacts,
+                      const pinch_step_bodies *bodies, const pinch_problem *problem, pinch_island *island)
 {
     double lag, gain = pinch_kinetic_gain(bodies, island->bodies, problem, &lag) + lag, put_in = gain;
     double by_contacts = INFINITY;
@@ -282,14 +349,20 @@ void pinch_judge_push(const pinch_contact_store *contacts, const pinch_step_bodi
         by_contacts = pinch_contact_work(problem);
         put_in = island->joints.work + by_contacts + lag; /* without what motors and springs of joints do */
     }
+    bool lifts = island->push_lifts && !island->result.swept;
+    double lifting = lifts ? work_of_lifting(context, contacts, bodies, problem, island) : 0;
     put_in -= of_surfaces;
-    island->push_work = put_in <= by_contacts - of_surfaces ? put_in : by_contacts - of_surfaces;
+    island->push_spare = fmax(lifting - fmax(put_in, 0), 0);
+    put_in -= lifting;
+    by_contacts -= of_surfaces + lifting;
+    island->push_work = put_in <= by_contacts ? put_in : by_contacts;
     island->push_change = put_in <= 0 ? fmax(put_in, fmin(gain, 0)) : put_in;
 }
 
 void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, pinch_island *island)
 {
     double fall = part_of_fall(context, problem), balance = island->push_balance - island->push_change;
+    if (balance < 0) balance = fmin(balance + island->push_spare, 0);
     island->push_balance = balance > 0 ? LEFT * balance : fmin(balance + fall, 0);
     if (fabs(island->push_balance) < fall) island->push_balance = 0;
 }

@@ -234,6 +234,36 @@ static void what_moves_does_its_work(void **state)
         assert_true(fabs(number_of(true, vices[i], "error")) < 1e-4);
 }
 
+/* Bodies that begin in each other come apart within a second or so, whatever lies on them, and nothing is thrown. */
+static void what_is_sunk_comes_out(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *words;
+        double at_most; /* s */
+    } cases[] = {{"sunk --depth 0.05", 0.25},
+                 {"sunk --depth 0.05 --stepper world", 0.25},
+                 {"sunk --depth 0.01", 0.25},
+                 {"sunk --depth 0.05 --h 0.01", 0.5},
+                 {"sunk --depth 0.05 --h 0.001 --steps 3000", 0.1},
+                 {"sunk --depth 0.05 --hinged 1", 0.25},
+                 {"sunk --depth 0.02 --hinged 1", 0.25},
+                 {"sunk --depth 0.05 --boxes 6", 1.2},
+                 {"sunk --depth 0.02 --between 0.02 --boxes 6", 1},
+                 {"sunk --depth 0.01 --between 0.01 --boxes 12", 1.5}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        exec_run r = run_words(true, cases[i].words);
+        double out = exec_number(r.line, "out_after");
+        if (!(out > 0 && out <= cases[i].at_most)) fail_msg("%s: out after %g s", cases[i].words, out);
+        /* they get what they need to be where they belong, and next to nothing of what ODE throws them with */
+        double end = exec_number(r.line, "energy_end");
+        double thrown = number_of(false, cases[i].words, "energy_max") - end;
+        assert_true(end > exec_number(r.line, "energy_start"));
+        assert_true(exec_number(r.line, "energy_max") - end <= 0.02 * thrown);
+        exec_run_free(&r);
+    }
+}
+
 /* A joint's own compliance is that of a dashpot, also where the body beside it is light. */
 static void compliance_beside_a_light_body(void **state)
 {
@@ -265,17 +295,12 @@ static void machines_work(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_rests_under_ode_rests),
-        cmocka_unit_test(a_stack_stands_still),
-        cmocka_unit_test(the_heaviest_do_not_sink),
-        cmocka_unit_test(a_heap_comes_to_rest),
-        cmocka_unit_test(energy_does_not_grow),
-        cmocka_unit_test(a_slope_holds_to_the_friction_angle),
-        cmocka_unit_test(feedback_sums_to_the_weight),
-        cmocka_unit_test(surface_modes_keep_their_meaning),
-        cmocka_unit_test(what_moves_does_its_work),
-        cmocka_unit_test(compliance_beside_a_light_body),
-        cmocka_unit_test(machines_work),
+        cmocka_unit_test(what_rests_under_ode_rests),     cmocka_unit_test(a_stack_stands_still),
+        cmocka_unit_test(the_heaviest_do_not_sink),       cmocka_unit_test(a_heap_comes_to_rest),
+        cmocka_unit_test(energy_does_not_grow),           cmocka_unit_test(a_slope_holds_to_the_friction_angle),
+        cmocka_unit_test(feedback_sums_to_the_weight),    cmocka_unit_test(surface_modes_keep_their_meaning),
+        cmocka_unit_test(what_moves_does_its_work),       cmocka_unit_test(what_is_sunk_comes_out),
+        cmocka_unit_test(compliance_beside_a_light_body), cmocka_unit_test(machines_work),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
