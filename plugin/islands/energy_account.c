@@ -15,6 +15,10 @@
  *    are torn then, and when the bodies calm down, the way back would cost many times the energy that is left. It
  *    ends, too, where hard contacts had to give way: joints are jammed against them, in loops. It begins again when
  *    errors are small.
+ *  - What comes back has to be lifted, and that takes as much at any pace. So joints may put in besides, along the way
+ *    by which errors really become smaller, the work of the forces in their rows, up to the weight of all bodies; in
+ *    loops, where errors may contradict each other, only as long as the bodies of a joint are carried without being
+ *    thrown, and in trees not faster than by some falls of a step. All of it is bounded by the errors that were there.
  *
  * Where an island goes to ODE (backoff.c) its joints keep their pace, if they close loops or are torn: ODE is given
  * that part of their ERP (joints/joint_pace.c). It goes down where the island gains energy in ODE's step, and up
@@ -258,7 +262,7 @@ void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *g
     if (j->range.count == 0) return;
     if (island->phase == PINCH_ISLAND_FALLBACK && j->slowed) keep_fallback_account(context, graph, island);
     if (island->phase != PINCH_ISLAND_SOLVED || j->joint_rows == 0) return; /* none was opened without rows */
-    double left = fmax(j->energy - j->overdraft - j->work, 0);
-    bool easy = j->work <= EASY * j->energy;
+    double left = fmax(j->energy - j->overdraft - fmin(j->work, fmax(j->work - j->lifting, 0)), 0);
+    bool easy = j->work <= EASY * (j->energy + j->lifting);
     write_accounts(context, graph, island, left, easy ? fmin(fmax(FASTER * j->pace, LEAST), 1) : j->pace);
 }

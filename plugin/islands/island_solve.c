@@ -197,14 +197,20 @@ static double slower(double pace, double most, double work, bool no_try_left)
 }
 
 /* Tells whether joints have put more energy in than they may. */
-static bool joints_put_too_much_in(const pinch_joint_store *joints, const pinch_island_graph *graph,
-                                   const pinch_problem *problem, pinch_island *island)
+static bool joints_put_too_much_in(const pinch_step_context *context, const pinch_joint_store *joints,
+                                   const pinch_island_graph *graph, const pinch_problem *problem, pinch_island *island)
 {
     pinch_island_joints *j = &island->joints;
     if (j->joint_rows == 0) return false;
     j->work = pinch_joint_work(joints, j, &graph->bodies, island->bodies, problem);
     if ((island->result.too_soft || island->result.gave_way) && !j->torn) pinch_close_overdraft(j);
-    j->put_energy_in = !(j->work <= j->energy);
+    j->lifting = 0;
+    if (j->work > j->energy) {
+        bool loops = pinch_joints_close_loops(joints, &graph->bodies, island->bodies, j);
+        double fall = pinch_fall_in_step(context);
+        j->lifting = pinch_joint_lifting(joints, j, &graph->bodies, problem, loops, fall);
+    }
+    j->put_energy_in = !(j->work <= j->energy + j->lifting);
     return j->put_energy_in;
 }
 
@@ -252,7 +258,7 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
             last = true;
         }
         if (!pinch_island_is_solved(island)) return;
-        bool put_in = joints_put_too_much_in(joints, graph, problem, island);
+        bool put_in = joints_put_too_much_in(context, joints, graph, problem, island);
         if (pushes) pinch_judge_push(context, contacts, bodies, problem, island);
         bool pushed_in = pushes && !(island->push_work <= island->push_limit);
         if ((!put_in && !pushed_in) || last || try == TRIES || (jointed && !isfinite(j->work)) || !known) break;
@@ -260,7 +266,7 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
         if (pushed_in) push_pace = slower(push_pace, island->push_limit, island->push_work, try >= TRIES - 2);
         push_at(context, contacts, bodies, problem, island, push_pace, let_go);
         if (!put_in) continue;
-        double pace = slower(j->pace, j->energy, j->work, try >= TRIES - 2);
+        double pace = slower(j->pace, j->energy + j->lifting, j->work, try >= TRIES - 2);
         pinch_set_closing_pace(joints, j, problem, j->pace, pace);
         j->pace = pace;
     }

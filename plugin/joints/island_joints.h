@@ -33,6 +33,10 @@ double pinch_contact_work(const pinch_problem *problem);
  * it is not that of motors and springs. range: the island's bodies. */
 double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joints *joints,
                         const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem);
+/* joint_energy.c: returns the work (J) that joints may do besides in such a step, as what comes back has to be lifted.
+ * fall: the velocity that gravity adds in a step, m/s. */
+double pinch_joint_lifting(const pinch_joint_store *store, const pinch_island_joints *joints,
+                           const pinch_step_bodies *bodies, const pinch_problem *problem, bool loops, double fall);
 /* joint_energy.c: returns the kinetic energy (J) that the bodies of a problem have beside their common motion, before
  * forces of rows and contacts act. */
 double pinch_energy_in_motion(const pinch_problem *problem);

@@ -14,7 +14,8 @@
  * contacts in this sum is the work of the joints. It may not be more than they have taken out before
  * (islands/energy_account.c). At the pace p, errors are taken back by p times what ODE asks for; at p = 0 rows only
  * keep them from growing, and what they do takes energy out. The forces of rows that contradict each other are huge and
- * cancel, so that these are not summed up.
+ * cancel, so that these are not summed up. What lifting takes is told row by row, where forces are no larger than the
+ * weight of all.
  */
 #include "joints/island_joints.h"
 
@@ -114,8 +115,7 @@ static void sum_gains(void *argument, int first, int end)
     task->gain[first / PINCH_CHUNK] = gain;
 }
 
-double pinch_kinetic_gain(const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem,
-                          double *lag)
+double pinch_kinetic_gain(const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem, double *lag)
 {
     gain_task task = {.bodies = bodies, .range = range, .problem = problem};
     const int most = PINCH_CHUNK * (int)(sizeof task.gain / sizeof *task.gain);
@@ -137,6 +137,74 @@ double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joint
 {
     double lag, gain = pinch_kinetic_gain(bodies, range, problem, &lag);
     return gain - driven_work(store, joints, problem) - pinch_contact_work(problem);
+}
+
+/* Errors that ask for less than this are told by a bound on their energy, 1e-12 J/kg at most: those of rounding are, in
+ * all rows of a mechanism that moves. Rows are at least as long as their axis, which is a unit vector. */
+static const double LITTLE_ASKED_FOR = 1e-6; /* m/s, rad/s */
+
+/* Where joints make a tree, it is lifted by this many times the velocity that gravity adds in a step. */
+static const double FALLS = 10;
+
+/* Returns the weight (N) of all bodies of a problem. */
+static double weight_of_all(const pinch_problem *problem)
+{
+    double weight = 0;
+    for (int b = 0; b < problem->body_count; b++) weight += pinch_v3_norm(problem->bodies[b].external);
+    return weight;
+}
+
+/* Returns the longest arm (m) at which weights may turn joints: of bodies from each other, or from an anchor. */
+static double longest_arm(const pinch_problem *problem)
+{
+    double longest = 0;
+    for (int b = 1; b < problem->body_count; b++) {
+        double arm[3];
+        pinch_v3_sub(problem->bodies[b].position, problem->bodies[0].position, arm);
+        longest = fmax(longest, pinch_v3_norm(arm));
+    }
+    for (int k = 0; k < problem->row_count; k++) {
+        const double *j = problem->rows[k].body1 >= 0 ? problem->rows[k].j1 : problem->rows[k].j2;
+        double along = pinch_v3_norm(j);
+        if (along > 0) longest = fmax(longest, pinch_v3_norm(j + 3) / along);
+    }
+    return longest;
+}
+
+/* Tells whether no body of a joint is accelerated by more than its weight would. */
+static bool is_steady(const pinch_step_bodies *bodies, const pinch_step_joint *joint, const pinch_problem *problem,
+                      double fall)
+{
+    for (int side = 0; side < 2; side++) {
+        int index = joint->body[side];
+        double change[3];
+        if (index < 0) continue;
+        const pinch_step_body *b = &bodies->items[index];
+        pinch_v3_sub(problem->bodies[b->local].velocity_end, dBodyGetLinearVel(b->body), change);
+        if (!(pinch_v3_norm(change) <= fall)) return false;
+    }
+    return true;
+}
+
+double pinch_joint_lifting(const pinch_joint_store *store, const pinch_island_joints *joints,
+                           const pinch_step_bodies *bodies, const pinch_problem *problem, bool loops, double fall)
+{
+    double weight = weight_of_all(problem), arm = longest_arm(problem), work = 0;
+    for (int k = 0; k < joints->range.count; k++) {
+        const pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        const pinch_joint_row *row = problem->rows + joint->rows.first;
+        if (loops && !is_steady(bodies, joint, problem, fall)) continue;
+        for (int i = 0; i < joint->rows.count; i++) {
+            double closing = joint->closing[i], asked = joints->pace * fabs(closing);
+            if (fabs(closing) < LITTLE_ASKED_FOR) continue;
+            const double *j = row[i].body1 >= 0 ? row[i].j1 : row[i].j2;
+            double along = pinch_v3_norm(j), lever = along > 0 ? along : arm * pinch_v3_norm(j + 3);
+            if (!loops) asked = fmin(asked, FALLS * fall / lever);
+            double speed = closing > 0 ? velocity_along(problem, &row[i]) : -velocity_along(problem, &row[i]);
+            work += problem->step * fmin(fabs(row[i].force), weight * lever) * fmin(speed, asked);
+        }
+    }
+    return fmax(work, 0);
 }
 
 double pinch_energy_in_motion(const pinch_problem *problem)
@@ -171,10 +239,6 @@ static double most_resistance(const pinch_problem *problem, int body)
     const pinch_body *b = body < 0 ? NULL : &problem->bodies[body];
     return b ? pinch_larger(b->mass, b->inertia[0] + b->inertia[4] + b->inertia[8]) : 0;
 }
-
-/* Errors that ask for less than this are told by a bound on their energy, 1e-12 J/kg at most: those of rounding are, in
- * all rows of a mechanism that moves. Rows are at least as long as their axis, which is a unit vector. */
-static const double LITTLE_ASKED_FOR = 1e-6; /* m/s, rad/s */
 
 double pinch_energy_of_errors(const pinch_joint_store *store, const pinch_island_joints *joints,
                               const pinch_problem *problem)

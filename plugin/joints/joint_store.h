@@ -63,6 +63,7 @@ typedef struct pinch_island_joints {
     bool rows_hold;        /* what was solved for satisfies the laws of all rows */
     bool put_energy_in;    /* what was solved for gets more energy from joints than they may put in */
     double energy, work;   /* J: what they may put in in this step, and what they have put in */
+    double lifting;        /* J: what they may put in besides, as what comes back has to be lifted; 0: not needed */
     double overdraft;      /* J: part of `energy` that they have not taken out yet */
     double pace;           /* at which errors of position are taken back, as a multiple of what ODE asks for */
     bool slowed;           /* ODE solves them in this step, and takes errors back at that pace */

@@ -264,6 +264,20 @@ static void what_is_sunk_comes_out(void **state)
     }
 }
 
+/* Errors of position are taken back against gravity: of loops whose stops are moved, and of a chain that was torn. */
+static void what_is_torn_comes_back(void **state)
+{
+    (void)state;
+    assert_true(fabs(number_of(true, "platform", "below")) < 0.01);
+    assert_true(fabs(number_of(true, "platform --stepper world", "below")) < 0.01);
+    assert_true(fabs(number_of(true, "platform --height 0.2", "below")) < 0.01);
+    exec_run r = run_words(true, "wreck");
+    assert_true(exec_number(r.line, "gaps_max") > 1 &&
+                exec_number(r.line, "gaps") < 0.7 * exec_number(r.line, "gaps_max"));
+    assert_true(exec_number(r.line, "energy_max") <= exec_number(r.line, "energy_start"));
+    exec_run_free(&r);
+}
+
 /* A joint's own compliance is that of a dashpot, also where the body beside it is light. */
 static void compliance_beside_a_light_body(void **state)
 {
@@ -295,12 +309,19 @@ static void machines_work(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_rests_under_ode_rests),     cmocka_unit_test(a_stack_stands_still),
-        cmocka_unit_test(the_heaviest_do_not_sink),       cmocka_unit_test(a_heap_comes_to_rest),
-        cmocka_unit_test(energy_does_not_grow),           cmocka_unit_test(a_slope_holds_to_the_friction_angle),
-        cmocka_unit_test(feedback_sums_to_the_weight),    cmocka_unit_test(surface_modes_keep_their_meaning),
-        cmocka_unit_test(what_moves_does_its_work),       cmocka_unit_test(what_is_sunk_comes_out),
-        cmocka_unit_test(compliance_beside_a_light_body), cmocka_unit_test(machines_work),
+        cmocka_unit_test(what_rests_under_ode_rests),
+        cmocka_unit_test(a_stack_stands_still),
+        cmocka_unit_test(the_heaviest_do_not_sink),
+        cmocka_unit_test(a_heap_comes_to_rest),
+        cmocka_unit_test(energy_does_not_grow),
+        cmocka_unit_test(a_slope_holds_to_the_friction_angle),
+        cmocka_unit_test(feedback_sums_to_the_weight),
+        cmocka_unit_test(surface_modes_keep_their_meaning),
+        cmocka_unit_test(what_moves_does_its_work),
+        cmocka_unit_test(what_is_sunk_comes_out),
+        cmocka_unit_test(what_is_torn_comes_back),
+        cmocka_unit_test(compliance_beside_a_light_body),
+        cmocka_unit_test(machines_work),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
