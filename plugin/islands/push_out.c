@@ -291,18 +291,37 @@ static double pressed_by(const pinch_problem *problem, const pinch_contact *c)
     return sum;
 }
 
-/* Tells whether no body of a pair is accelerated by more than its weight would. */
-static bool is_steady(const answer *a, const pinch_contact *pair, double fall)
+/* Tells whether a body of a contact's pair is thrown. */
+static bool is_thrown(const answer *a, const pinch_contact *c, double fall)
 {
     for (int side = 0; side < 2; side++) {
-        int number = side ? pair->body2 : pair->body1;
-        double change[3];
+        int number = side ? c->body2 : c->body1;
         if (number < 0) continue;
         dBodyID body = pinch_island_body(a->bodies, a->range, number)->body;
-        pinch_v3_sub(a->problem->bodies[number].velocity_end, dBodyGetLinearVel(body), change);
-        if (!(pinch_v3_norm(change) <= fall)) return false;
+        if (pinch_body_is_thrown(body, &a->problem->bodies[number], fall)) return true;
     }
-    return true;
+    return false;
+}
+
+/* Finds how far (m) a pair, whose contacts begin at *next, comes out of its overlaps, in their mean, and the force (N)
+ * that these bear. Returns how many overlaps there are. *next: where the next pair begins. */
+static int way_out(const answer *a, walk *at, int *next, double *way, double *force)
+{
+    const pinch_contact *pair = &a->problem->contacts[*next];
+    double step = a->problem->step;
+    int overlaps = 0;
+    *way = *force = 0;
+    for (; *next < a->problem->contact_count; ++*next) {
+        const pinch_contact *c = &a->problem->contacts[*next];
+        if (c->body1 != pair->body1 || c->body2 != pair->body2) break;
+        double push = push_of(c, next_rebound(at), step);
+        if (!(push > 0)) continue;
+        *way += step * fmin(mean_velocity(a, c), push);
+        *force += c->force[0];
+        overlaps++;
+    }
+    if (overlaps > 0) *way /= overlaps;
+    return overlaps;
 }
 
 /* Returns the work (J) of lifting where hard pairs come out of their overlaps: of each with what lies on it; where
@@ -311,32 +330,20 @@ static double work_of_lifting(const pinch_step_context *context, const pinch_con
                               const pinch_step_bodies *bodies, const pinch_problem *problem, const pinch_island *island)
 {
     answer found = {bodies, island->bodies, problem};
-    double of_pairs = 0, heights = 0, of_all = 0, fall = pinch_fall_in_step(context);
+    double of_pairs = 0, ways = 0, all = pinch_weight_of_all(problem), fall = pinch_fall_in_step(context);
     int pairs = 0;
-    for (int b = 0; b < problem->body_count; b++) of_all += pinch_v3_norm(problem->bodies[b].external);
     walk at = {contacts, island, 0, 0};
-    for (int first = 0, k; first < problem->contact_count; first = k) {
-        const pinch_contact *pair = &problem->contacts[first];
-        double height = 0, force = 0, weight = pressed_by(problem, pair);
-        int overlaps = 0;
-        for (k = first; k < problem->contact_count; k++) {
-            const pinch_contact *c = &problem->contacts[k];
-            if (c->body1 != pair->body1 || c->body2 != pair->body2) break;
-            double push = push_of(c, next_rebound(&at), problem->step);
-            if (!(push > 0)) continue;
-            height += problem->step * fmin(mean_velocity(&found, c), push);
-            force += c->force[0];
-            overlaps++;
-        }
-        if (overlaps == 0) continue;
-        height /= overlaps;
-        if (force > weight && is_steady(&found, pair, fall)) weight = fmin(force, of_all);
-        of_pairs += height * weight;
-        heights += height;
+    for (int next = 0; next < problem->contact_count;) {
+        const pinch_contact *pair = &problem->contacts[next];
+        double way, force, weight = pressed_by(problem, pair);
+        if (way_out(&found, &at, &next, &way, &force) == 0) continue;
+        if (force > weight && !is_thrown(&found, pair, fall)) weight = fmin(force, all);
+        of_pairs += way * weight;
+        ways += way;
         pairs++;
     }
     bool hang_on_it = island->joints.joint_rows > 0 && pairs > 0;
-    return hang_on_it ? fmax(of_pairs, heights / pairs * of_all) : of_pairs;
+    return hang_on_it ? fmax(of_pairs, ways / pairs * all) : of_pairs;
 }
 
 void pinch_judge_push(const pinch_step_context *context, const pinch_contact_store *contacts,

@@ -33,6 +33,12 @@ double pinch_contact_work(const pinch_problem *problem);
  * it is not that of motors and springs. range: the island's bodies. */
 double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joints *joints,
                         const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem);
+/* joint_energy.c: returns the sum of the weights (N) of a problem's bodies, and of what else presses them from outside.
+ */
+double pinch_weight_of_all(const pinch_problem *problem);
+/* joint_energy.c: tells whether a body is accelerated by more than its weight would in an answer. fall: the velocity
+ * that gravity adds in a step, m/s. */
+bool pinch_body_is_thrown(dBodyID body, const pinch_body *solved, double fall);
 /* joint_energy.c: returns the work (J) that joints may do besides in such a step, as what comes back has to be lifted.
  * fall: the velocity that gravity adds in a step, m/s. */
 double pinch_joint_lifting(const pinch_joint_store *store, const pinch_island_joints *joints,

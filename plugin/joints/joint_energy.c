@@ -146,12 +146,18 @@ static const double LITTLE_ASKED_FOR = 1e-6; /* m/s, rad/s */
 /* Where joints make a tree, it is lifted by this many times the velocity that gravity adds in a step. */
 static const double FALLS = 10;
 
-/* Returns the weight (N) of all bodies of a problem. */
-static double weight_of_all(const pinch_problem *problem)
+double pinch_weight_of_all(const pinch_problem *problem)
 {
     double weight = 0;
     for (int b = 0; b < problem->body_count; b++) weight += pinch_v3_norm(problem->bodies[b].external);
     return weight;
+}
+
+bool pinch_body_is_thrown(dBodyID body, const pinch_body *solved, double fall)
+{
+    double change[3];
+    pinch_v3_sub(solved->velocity_end, dBodyGetLinearVel(body), change);
+    return !(pinch_v3_norm(change) <= fall);
 }
 
 /* Returns the longest arm (m) at which weights may turn joints: of bodies from each other, or from an anchor. */
@@ -171,29 +177,25 @@ static double longest_arm(const pinch_problem *problem)
     return longest;
 }
 
-/* Tells whether no body of a joint is accelerated by more than its weight would. */
-static bool is_steady(const pinch_step_bodies *bodies, const pinch_step_joint *joint, const pinch_problem *problem,
+/* Tells whether a body of a joint is thrown. */
+static bool is_thrown(const pinch_step_bodies *bodies, const pinch_step_joint *joint, const pinch_problem *problem,
                       double fall)
 {
     for (int side = 0; side < 2; side++) {
-        int index = joint->body[side];
-        double change[3];
-        if (index < 0) continue;
-        const pinch_step_body *b = &bodies->items[index];
-        pinch_v3_sub(problem->bodies[b->local].velocity_end, dBodyGetLinearVel(b->body), change);
-        if (!(pinch_v3_norm(change) <= fall)) return false;
+        const pinch_step_body *b = joint->body[side] < 0 ? NULL : &bodies->items[joint->body[side]];
+        if (b && pinch_body_is_thrown(b->body, &problem->bodies[b->local], fall)) return true;
     }
-    return true;
+    return false;
 }
 
 double pinch_joint_lifting(const pinch_joint_store *store, const pinch_island_joints *joints,
                            const pinch_step_bodies *bodies, const pinch_problem *problem, bool loops, double fall)
 {
-    double weight = weight_of_all(problem), arm = longest_arm(problem), work = 0;
+    double weight = pinch_weight_of_all(problem), arm = longest_arm(problem), work = 0;
     for (int k = 0; k < joints->range.count; k++) {
         const pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         const pinch_joint_row *row = problem->rows + joint->rows.first;
-        if (loops && !is_steady(bodies, joint, problem, fall)) continue;
+        if (loops && is_thrown(bodies, joint, problem, fall)) continue;
         for (int i = 0; i < joint->rows.count; i++) {
             double closing = joint->closing[i], asked = joints->pace * fabs(closing);
             if (fabs(closing) < LITTLE_ASKED_FOR) continue;
