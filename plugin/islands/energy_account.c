@@ -262,7 +262,8 @@ void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *g
     if (j->range.count == 0) return;
     if (island->phase == PINCH_ISLAND_FALLBACK && j->slowed) keep_fallback_account(context, graph, island);
     if (island->phase != PINCH_ISLAND_SOLVED || j->joint_rows == 0) return; /* none was opened without rows */
-    double left = fmax(j->energy - j->overdraft - fmin(j->work, fmax(j->work - j->lifting, 0)), 0);
+    double drawn = fmin(j->work, fmax(j->work - j->lifting, 0));            /* negative: paid in */
+    double left = fmax(j->energy - j->overdraft - drawn, 0);
     bool easy = j->work <= EASY * (j->energy + j->lifting);
     write_accounts(context, graph, island, left, easy ? fmin(fmax(FASTER * j->pace, LEAST), 1) : j->pace);
 }
