@@ -202,6 +202,8 @@ static void count_solve(pinch_ode *p, const pinch_island *island)
     pinch_ode_stats *stats = &p->stats;
     const pinch_step_result *result = &island->result;
     keep_larger(&stats->depth_max, island->depth_max);
+    keep_larger(&stats->joint_error_max, island->joints.error);
+    keep_larger(&stats->joint_error_angle_max, island->joints.error_angle);
     if (island->phase != PINCH_ISLAND_REUSED) {
         stats->retried_islands += island->first_solve_failed;
         stats->iterations += result->solve.iterations;

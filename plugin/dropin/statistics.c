@@ -19,7 +19,8 @@
     X(joints_unmodelled) X(joints_solved) X(joints_left) X(memory)
 #define MAXIMA(X)                                                                                                      \
     X(floor_level_max) X(iterations_max) X(points_high_water) X(floor_depth_max) X(floor_residual_max) X(residual_max) X(cone) X(complementarity)   \
-    X(slip_direction) X(force_scale) X(step_mismatch) X(step_mismatch_angular) X(depth_max)
+    X(slip_direction) X(force_scale) X(step_mismatch) X(step_mismatch_angular) X(depth_max)              \
+    X(joint_error_max) X(joint_error_angle_max)
 /* The counters of the layer, which add up. */
 #define LAYER_SUMS(X)                                                                                                  \
     X(worlds) X(steps) X(steps_refused) X(contacts_offered) X(contacts_idle) X(contacts_refused)                       \
@@ -111,6 +112,8 @@ static void put_solves(document *d, const pinch_ode_stats *o)
     put_count(d, "joints_unmodelled", o->joints_unmodelled);
     put_count(d, "joints_solved", o->joints_solved);
     put_count(d, "joints_left", o->joints_left);
+    put_number(d, "joint_error_max", o->joint_error_max);
+    put_number(d, "joint_error_angle_max", o->joint_error_angle_max);
     put_number(d, "step_mismatch", o->step_mismatch);
     put_number(d, "step_mismatch_angular", o->step_mismatch_angular);
 }

@@ -31,7 +31,7 @@ static void distance_row(pinch_row_builder *b, double erp, double anchor1[4], do
     direction_of(b, anchor1, anchor2, direction);
     pinch_v3_sub(anchor1, anchor2, apart);
     double missing = dJointGetDBallDistance(b->joint) - pinch_v3_norm(apart);
-    pinch_linear_row(b, direction, anchor1, anchor2, erp / b->h * missing)->cfm =
+    pinch_linear_row(b, direction, anchor1, anchor2, pinch_closing_speed(b, erp, missing))->cfm =
         dJointGetDBallParam(b->joint, dParamCFM);
     b->rows->exact = true;
 }
@@ -52,8 +52,8 @@ void pinch_double_hinge_rows(pinch_row_builder *b)
     pinch_plane_of(axis, p, q);
     b->rows->exact = pinch_axis_rows(b, erp, axis, p, q);
     pinch_v3_sub(anchor1, anchor2, apart);
-    pinch_limit_motor along = {
-        .velocity = -erp / b->h * pinch_v3_dot(axis, apart), .fmax = INFINITY, .normal_cfm = b->cfm, .linear = true};
+    double speed = pinch_closing_speed(b, erp, -pinch_v3_dot(axis, apart));
+    pinch_limit_motor along = {.velocity = speed, .fmax = INFINITY, .normal_cfm = b->cfm, .linear = true};
     pinch_limit_motor_row(b, &along, axis);
     b->rows->driven = 0; /* it takes an error back, and drives nothing */
 }

@@ -5,6 +5,7 @@
 #include "util/checksum.h"
 
 #include "support/dense.h"
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -80,7 +81,7 @@ static void apply_motors(pinch_step_joint *joint, const pinch_joint_rows *rows, 
 
 /* Fills in the rows of one joint, and returns how many they are. */
 static int fill_joint(pinch_joint_store *store, const pinch_step_context *context, const pinch_step_bodies *bodies,
-                      pinch_step_joint *joint, pinch_body *solved, pinch_joint_row *row, uint64_t *applied_bits)
+                      pinch_island_joints *joints, pinch_step_joint *joint, pinch_body *solved, pinch_joint_row *row)
 {
     dBodyID body[2];
     int index[2];
@@ -102,7 +103,9 @@ static int fill_joint(pinch_joint_store *store, const pinch_step_context *contex
     }
     joint->follows = (rows.driven & ~joint->drives) != 0;
     joint->applies = false;
-    if (rows.applies) apply_motors(joint, &rows, index, solved, applied_bits);
+    if (rows.applies) apply_motors(joint, &rows, index, solved, &joints->applied_bits);
+    joints->error = pinch_larger(joints->error, rows.error);
+    joints->error_angle = pinch_larger(joints->error_angle, rows.error_angle);
     for (int side = 0; side < 2; side++) {
         if (index[side] >= 0 || !body[side]) continue;
         follow_kinematic(&rows, body[side], side);
@@ -133,11 +136,11 @@ void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *conte
 {
     int count = 0;
     joints->applied_bits = pinch_checksum_start(joints->range.count);
+    joints->error = joints->error_angle = 0;
     for (int k = 0; k < joints->range.count; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         joint->rows.first = count;
-        joint->rows.count =
-            fill_joint(store, context, bodies, joint, problem->bodies, problem->rows + count, &joints->applied_bits);
+        joint->rows.count = fill_joint(store, context, bodies, joints, joint, problem->bodies, problem->rows + count);
         count += joint->rows.count;
     }
     joints->joint_rows = count;

@@ -59,7 +59,7 @@ static void universal_rows(pinch_row_builder *b)
     double sine = pinch_v3_norm(normal);
     if (sine > 0) {
         pinch_v3_scale(normal, 1 / sine);
-        (void)pinch_angular_row(b, normal, -b->erp / b->h * pinch_v3_dot(axis1, axis2));
+        (void)pinch_angular_row(b, normal, pinch_closing_spin(b, b->erp, -pinch_v3_dot(axis1, axis2)));
     }
     pinch_limit_motor m1 = pinch_read_motor(b->joint, dJointGetUniversalParam, 0);
     pinch_limit_motor m2 = pinch_read_motor(b->joint, dJointGetUniversalParam, dParamGroup2);
@@ -86,17 +86,20 @@ static void hinge2_rows(pinch_row_builder *b)
     dJointGetHinge2Anchor2(b->joint, anchor2);
     double sine = pinch_hinge2_axes(b->joint, axis1, axis2, normal);
     pinch_plane_of(axis1, p, q);
-    const double *direction[3] = {axis1, p, q};
-    double erp[3] = {dJointGetHinge2Param(b->joint, dParamSuspensionERP), b->erp, b->erp}, error[3];
-    pinch_v3_sub(anchor2, anchor1, error);
-    for (int i = 0; i < 3; i++)
-        (void)pinch_linear_row(b, direction[i], anchor1, anchor2, erp[i] / b->h * pinch_v3_dot(direction[i], error));
-    b->rows->row[b->rows->count - 3].cfm = dJointGetHinge2Param(b->joint, dParamSuspensionCFM);
+    const double *const across[2] = {p, q};
+    double apart[3], rate = dJointGetHinge2Param(b->joint, dParamSuspensionERP) / b->h;
+    pinch_v3_sub(anchor2, anchor1, apart);
+    pinch_linear_row(b, axis1, anchor1, anchor2, rate * pinch_v3_dot(axis1, apart))->cfm =
+        dJointGetHinge2Param(b->joint, dParamSuspensionCFM);
+    for (int i = 0; i < 2; i++) {
+        double speed = pinch_closing_speed(b, b->erp, pinch_v3_dot(across[i], apart));
+        (void)pinch_linear_row(b, across[i], anchor1, anchor2, speed);
+    }
     if (sine > 0) {
         double cosine = pinch_v3_dot(axis1, axis2);
-        double apart = pinch_builder_knows(b, PINCH_KNOWS_TURN) ? b->pose->cosine * sine - b->pose->sine * cosine : 0;
+        double turned = pinch_builder_knows(b, PINCH_KNOWS_TURN) ? b->pose->cosine * sine - b->pose->sine * cosine : 0;
         pinch_v3_scale(normal, 1 / sine);
-        (void)pinch_angular_row(b, normal, b->erp / b->h * apart);
+        (void)pinch_angular_row(b, normal, pinch_closing_spin(b, b->erp, turned));
         b->rows->exact = pinch_builder_knows(b, PINCH_KNOWS_TURN);
     }
     pinch_limit_motor m1 = pinch_read_motor(b->joint, dJointGetHinge2Param, 0);
@@ -127,7 +130,7 @@ static void same_turn_rows(pinch_row_builder *b)
 {
     double error[3];
     turn_error(b, error);
-    for (int i = 0; i < 3; i++) (void)pinch_angular_row(b, pinch_unit_axis[i], b->erp / b->h * error[i]);
+    for (int i = 0; i < 3; i++) (void)pinch_angular_row(b, pinch_unit_axis[i], pinch_closing_spin(b, b->erp, error[i]));
 }
 
 /* Computes the way from where a slider's first body is to where the offset wants it. */
@@ -147,7 +150,7 @@ static void slider_error(const pinch_row_builder *b, double error[3])
 static void slider_rows(pinch_row_builder *b)
 {
     pinch_axis_reading *reading = b->rows->reading;
-    double *axis = reading->axis, middle[3], error[3], rate = b->erp / b->h;
+    double *axis = reading->axis, middle[3], error[3];
     dVector3 p, q, along;
     dJointGetSliderAxis(b->joint, axis);
     same_turn_rows(b);
@@ -155,8 +158,8 @@ static void slider_rows(pinch_row_builder *b)
     const double *x1 = dBodyGetPosition(b->body[0]), *x2 = b->body[1] ? dBodyGetPosition(b->body[1]) : x1;
     for (int i = 0; i < 3; i++) middle[i] = 0.5 * (x1[i] + x2[i]);
     slider_error(b, error);
-    (void)pinch_linear_row(b, p, middle, middle, rate * pinch_v3_dot(p, error));
-    (void)pinch_linear_row(b, q, middle, middle, rate * pinch_v3_dot(q, error));
+    (void)pinch_linear_row(b, p, middle, middle, pinch_closing_speed(b, b->erp, pinch_v3_dot(p, error)));
+    (void)pinch_linear_row(b, q, middle, middle, pinch_closing_speed(b, b->erp, pinch_v3_dot(q, error)));
     b->rows->exact = pinch_builder_knows(b, PINCH_KNOWS_TURN | PINCH_KNOWS_OFFSET);
     pinch_limit_motor m = pinch_read_motor(b->joint, dJointGetSliderParam, 0);
     m.linear = m.limited = true;
@@ -181,8 +184,10 @@ static void fixed_rows(pinch_row_builder *b)
         pinch_v3_sub(x1, offset, place);
     }
     const double *wanted = known && !b->body[1] ? b->pose->offset : x2, *is = b->body[1] ? place : x1;
-    for (int i = 0; i < 3; i++)
-        (void)pinch_linear_row(b, pinch_unit_axis[i], b->body[1] ? place : x1, x2, erp / b->h * (wanted[i] - is[i]));
+    for (int i = 0; i < 3; i++) {
+        double speed = pinch_closing_speed(b, erp, wanted[i] - is[i]);
+        (void)pinch_linear_row(b, pinch_unit_axis[i], b->body[1] ? place : x1, x2, speed);
+    }
     for (int i = 0; i < 3; i++) b->rows->row[i].cfm = dJointGetFixedParam(b->joint, dParamCFM);
     same_turn_rows(b);
     b->rows->exact = pinch_builder_knows(b, PINCH_KNOWS_TURN | PINCH_KNOWS_OFFSET);
@@ -288,6 +293,7 @@ void pinch_joint_rows_of(const pinch_step_context *context, dJointID joint, cons
     rows->exact = false;
     rows->applies = false;
     rows->driven = 0;
+    rows->error = rows->error_angle = 0;
     filler_of(joint)(&b);
     harden(&b);
 }

@@ -19,9 +19,11 @@ typedef struct pinch_joint_rows {
     bool exact;           /* these rows are all that ODE would solve for the joint, the correction of errors included */
     pinch_joint_row *row; /* room for PINCH_JOINT_MAX_ROWS; body1 stands for the joint's first body with j1, body2 for
                            * its second; the indices are not set */
-    unsigned driven;      /* bit k: row k is a motor's, and its rhs a speed */
-    bool applies;         /* a motor runs against its stop, and ODE adds a wrench to the two bodies itself: */
-    double applied[2][6]; /* in that case, this one */
+    double error, error_angle; /* m, rad: the largest errors of position that they take back; stops, motors and springs
+                                * have none */
+    unsigned driven;           /* bit k: row k is a motor's, and its rhs a speed */
+    bool applies;              /* a motor runs against its stop, and ODE adds a wrench to the two bodies itself: */
+    double applied[2][6];      /* in that case, this one */
     pinch_axis_reading *reading; /* a hinge's axis has been read by then, and its rows read the angle where they need
                                   * it, which is not quick; those of a slider read all */
 } pinch_joint_rows;

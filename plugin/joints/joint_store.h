@@ -59,6 +59,8 @@ typedef struct pinch_island_joints {
     int joint_rows;
     bool loops_known;      /* since the islands were built: */
     bool loops;            /* they close loops */
+    double error;          /* m: the largest of the joints, see pinch_joint_rows */
+    double error_angle;    /* rad */
     bool whole;            /* what the joints give to the bodies includes the forces of couplings */
     bool rows_hold;        /* what was solved for satisfies the laws of all rows */
     bool put_energy_in;    /* what was solved for gets more energy from joints than they may put in */

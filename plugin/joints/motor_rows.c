@@ -10,7 +10,7 @@
 void pinch_plane_rows(pinch_row_builder *b)
 {
     const double *x = dBodyGetPosition(b->body[0]);
-    (void)pinch_linear_row(b, pinch_unit_axis[2], x, x, -b->erp / b->h * x[2]);
+    (void)pinch_linear_row(b, pinch_unit_axis[2], x, x, pinch_closing_speed(b, b->erp, -x[2]));
     (void)pinch_angular_row(b, pinch_unit_axis[0], 0);
     (void)pinch_angular_row(b, pinch_unit_axis[1], 0);
     for (int k = 0; k < 3; k++) memset(b->rows->row[k].j2, 0, sizeof b->rows->row[k].j2);

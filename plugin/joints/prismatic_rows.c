@@ -34,7 +34,7 @@ static prismatic_anchors anchors_of(const pinch_row_builder *b, const double *an
 static void sideways_row(pinch_row_builder *b, const prismatic_anchors *a, const double *direction,
                          const double *direction2)
 {
-    pinch_joint_row *row = pinch_new_row(b, b->erp / b->h * pinch_v3_dot(direction, a->error));
+    pinch_joint_row *row = pinch_new_row(b, pinch_closing_speed(b, b->erp, pinch_v3_dot(direction, a->error)));
     pinch_v3_copy(row->j1, direction);
     pinch_v3_cross(a->arm[0], direction, row->j1 + 3);
     if (!b->body[1]) return;
@@ -129,12 +129,12 @@ void pinch_prismatic_universal_rows(pinch_row_builder *b)
     double sine = pinch_v3_norm(normal);
     if (sine > 0) {
         pinch_v3_scale(normal, 1 / sine);
-        (void)pinch_angular_row(b, normal, -b->erp / b->h * pinch_v3_dot(axis1, axis2));
+        (void)pinch_angular_row(b, normal, pinch_closing_spin(b, b->erp, -pinch_v3_dot(axis1, axis2)));
     }
     pinch_plane_of(slide, p, q);
     pinch_v3_sub(anchor2, anchor1, error);
-    (void)pinch_linear_row(b, p, anchor1, anchor2, b->erp / b->h * pinch_v3_dot(p, error));
-    (void)pinch_linear_row(b, q, anchor1, anchor2, b->erp / b->h * pinch_v3_dot(q, error));
+    (void)pinch_linear_row(b, p, anchor1, anchor2, pinch_closing_speed(b, b->erp, pinch_v3_dot(p, error)));
+    (void)pinch_linear_row(b, q, anchor1, anchor2, pinch_closing_speed(b, b->erp, pinch_v3_dot(q, error)));
 
     pinch_limit_motor m1 = pinch_read_motor(b->joint, dJointGetPUParam, dParamGroup1);
     pinch_limit_motor m2 = pinch_read_motor(b->joint, dJointGetPUParam, dParamGroup2);

@@ -44,12 +44,12 @@ pinch_joint_row *pinch_linear_row(pinch_row_builder *b, const double *axis, cons
 void pinch_anchor_rows(pinch_row_builder *b, double erp, const double *anchor_a, const double *anchor_b)
 {
     const double *anchor1 = b->reversed ? anchor_b : anchor_a, *anchor2 = b->reversed ? anchor_a : anchor_b;
-    double arm1[3], arm2[3] = {0, 0, 0}, rate = erp / b->h;
+    double arm1[3], arm2[3] = {0, 0, 0};
     pinch_v3_sub(anchor1, dBodyGetPosition(b->body[0]), arm1);
     if (b->body[1]) pinch_v3_sub(anchor2, dBodyGetPosition(b->body[1]), arm2);
     for (int i = 0; i < 3; i++) { /* arm x e_i = arm_k e_j - arm_j e_k */
         int j = (i + 1) % 3, k = (i + 2) % 3;
-        pinch_joint_row *row = pinch_new_row(b, rate * (anchor2[i] - anchor1[i]));
+        pinch_joint_row *row = pinch_new_row(b, pinch_closing_speed(b, erp, anchor2[i] - anchor1[i]));
         row->j1[i] = 1;
         row->j1[3 + j] = arm1[k];
         row->j1[3 + k] = -arm1[j];
@@ -116,8 +116,8 @@ bool pinch_axis_rows(pinch_row_builder *b, double erp, const double *axis, const
     double other[3], error[3] = {0, 0, 0};
     bool known = pinch_second_axis(b, axis, other);
     if (known) pinch_v3_cross(axis, other, error);
-    (void)pinch_angular_row(b, p, erp / b->h * pinch_v3_dot(error, p));
-    (void)pinch_angular_row(b, q, erp / b->h * pinch_v3_dot(error, q));
+    (void)pinch_angular_row(b, p, pinch_closing_spin(b, erp, pinch_v3_dot(error, p)));
+    (void)pinch_angular_row(b, q, pinch_closing_spin(b, erp, pinch_v3_dot(error, q)));
     return known;
 }
 

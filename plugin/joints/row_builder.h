@@ -8,6 +8,10 @@
 #include "joints/coordinate.h"
 #include "joints/joint_rows.h"
 
+#include "support/extremes.h"
+
+#include <math.h>
+
 /* The rows of a joint while they are being written. */
 typedef struct pinch_row_builder {
     dJointID joint;
@@ -27,6 +31,20 @@ static inline bool pinch_builder_knows(const pinch_row_builder *b, unsigned thin
 }
 
 extern const double pinch_unit_axis[3][3];
+
+/* The velocity at which a row takes an error of position (m) back. The largest is noted. */
+static inline double pinch_closing_speed(pinch_row_builder *b, double erp, double error)
+{
+    b->rows->error = pinch_larger(b->rows->error, fabs(error));
+    return erp / b->h * error;
+}
+
+/* The same of an angle (rad). */
+static inline double pinch_closing_spin(pinch_row_builder *b, double erp, double error)
+{
+    b->rows->error_angle = pinch_larger(b->rows->error_angle, fabs(error));
+    return erp / b->h * error;
+}
 
 /* Adds an empty row without limits. */
 pinch_joint_row *pinch_new_row(pinch_row_builder *b, double rhs);

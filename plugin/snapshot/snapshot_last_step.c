@@ -241,6 +241,8 @@ static void archive_island_joints(pinch_archive *a, pinch_island_joints *j, cons
     pinch_archive_flag(a, &j->rows_hold);
     pinch_archive_flag(a, &j->put_energy_in);
     pinch_archive_flag(a, &j->by_pinch);
+    PINCH_ARCHIVE(a, j->error);
+    PINCH_ARCHIVE(a, j->error_angle);
     PINCH_ARCHIVE(a, j->applied_bits);
     PINCH_ARCHIVE(a, j->rest_bits);
     if (a->reading) j->inputs_known = j->loops_known = false;

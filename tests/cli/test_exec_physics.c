@@ -275,6 +275,8 @@ static void what_is_torn_comes_back(void **state)
     assert_true(exec_number(r.line, "gaps_max") > 1 &&
                 exec_number(r.line, "gaps") < 0.7 * exec_number(r.line, "gaps_max"));
     assert_true(exec_number(r.line, "energy_max") <= exec_number(r.line, "energy_start"));
+    double gap = exec_number(r.line, "gap_max"), told = exec_number(r.stats, "joint_error_max");
+    assert_true(told <= gap * (1 + 1e-9) && told >= gap / sqrt(3)); /* the statistics have the errors of single rows */
     exec_run_free(&r);
 }
 
@@ -299,6 +301,8 @@ static void machines_work(void **state)
     assert_close(exec_number(r.line, "distance"), plain, 0.05 * plain);
     assert_true(exec_number(r.stats, "joints_solved") > 0); /* its hinge-2 joints, too */
     assert_int_equal(exec_number(r.stats, "joints_left"), 0);
+    assert_true(exec_number(r.stats, "joint_error_max") < 1e-3 && exec_number(r.stats, "joint_error_max") > 0);
+    assert_true(exec_number(r.stats, "joint_error_angle_max") < 1e-2);
     exec_run_free(&r);
     r = run_words(true, "sleep");
     assert_int_equal(exec_number(r.line, "asleep"), 6);
