@@ -22,7 +22,8 @@ static const double UNLIMITED = 10;
 
 /*
  * Bodies that should be hard and are found deep in each other, by more than this part of their size, come apart at the
- * pace of that depth. erp depth/h would shoot them: a depth of 0.2 m in steps of 2 ms is 20 m/s. Contacts that are soft
+ * pace of that depth. erp depth/h would shoot them: a depth of 0.2 m in steps of 2 ms is 20 m/s. Nor do they come apart
+ * faster than takes them out against gravity: the shorter the step, the higher they would hop. Contacts that are soft
  * by their own parameters (their compliance is no small part of what inertia gives them in a step) are meant to be
  * deep. So deep as bodies have come by their own motion within a step, they may come out at ODE's pace: it is erp times
  * the speed that they came with, and no energy is gained.
@@ -140,6 +141,14 @@ static double target_velocity(const pinch_surface *s, dWorldID world, double pus
     return target;
 }
 
+/* Returns the depth (m) at the pace of which bodies that are so deep in each other come apart. */
+static double deepest_in(const pinch_step_context *context, const pinch_surface_conditions *conditions, double erp,
+                         double depth)
+{
+    double g = pinch_v3_norm(context->gravity), most = DEEP * conditions->size;
+    return g > 0 ? fmin(most, context->h / erp * sqrt(2 * g * depth)) : most;
+}
+
 static void set_limit(const pinch_surface *s, const pinch_surface_conditions *conditions, int i, double *coefficient,
                       double *limit)
 {
@@ -194,8 +203,8 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
     double layer = dWorldGetContactSurfaceLayer(world);
     if (c->depth > 0) c->depth = not_negative(c->depth - layer);
     double pressed_in = c->depth, push_out = erp * c->depth / h;
-    if (cfm < STIFF * h * conditions->mobility)
-        pressed_in = fmin(pressed_in, fmax(DEEP * conditions->size, conditions->came_in));
+    if (cfm < STIFF * h * conditions->mobility && pressed_in > conditions->came_in)
+        pressed_in = fmin(pressed_in, fmax(deepest_in(context, conditions, erp, pressed_in), conditions->came_in));
     double rebound, target = target_velocity(s, world, erp * pressed_in / h, conditions->approach, &rebound);
     c->surface_velocity[0] -= target - push_out;
     c->surface_velocity[1] -= s->motion[1];

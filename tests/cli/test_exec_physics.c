@@ -246,6 +246,7 @@ static void what_is_sunk_comes_out(void **state)
                  {"sunk --depth 0.01", 0.25},
                  {"sunk --depth 0.05 --h 0.01", 0.5},
                  {"sunk --depth 0.05 --h 0.001 --steps 3000", 0.1},
+                 {"sunk --depth 0.02 --h 0.0002 --steps 5000", 0.1},
                  {"sunk --depth 0.05 --hinged 1", 0.25},
                  {"sunk --depth 0.02 --hinged 1", 0.25},
                  {"sunk --depth 0.05 --boxes 6", 1.2},
@@ -262,6 +263,23 @@ static void what_is_sunk_comes_out(void **state)
         assert_true(exec_number(r.line, "energy_max") - end <= 0.02 * thrown);
         exec_run_free(&r);
     }
+}
+
+/* However short the step, what comes out of an overlap does not hop: it is no faster than takes it out. */
+static void what_is_sunk_does_not_hop(void **state)
+{
+    (void)state;
+    static const char *const steps[] = {"--h 0.002 --steps 1000", "--h 0.001 --steps 1500", "--h 0.0002 --steps 5000"};
+    static const double depths[] = {0.002, 0.01, 0.05};
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            char words[80];
+            (void)snprintf(words, sizeof words, "sunk --depth %g %s", depths[k], steps[i]);
+            exec_run r = run_words(true, words);
+            assert_true(exec_number(r.line, "speed_max") <= sqrt(2 * 9.81 * depths[k]));
+            assert_true(exec_number(r.line, "depth_last") < 1e-6);
+            exec_run_free(&r);
+        }
 }
 
 /* Errors of position are taken back against gravity: of loops whose stops are moved, and of a chain that was torn. */
@@ -313,19 +331,13 @@ static void machines_work(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_rests_under_ode_rests),
-        cmocka_unit_test(a_stack_stands_still),
-        cmocka_unit_test(the_heaviest_do_not_sink),
-        cmocka_unit_test(a_heap_comes_to_rest),
-        cmocka_unit_test(energy_does_not_grow),
-        cmocka_unit_test(a_slope_holds_to_the_friction_angle),
-        cmocka_unit_test(feedback_sums_to_the_weight),
-        cmocka_unit_test(surface_modes_keep_their_meaning),
-        cmocka_unit_test(what_moves_does_its_work),
-        cmocka_unit_test(what_is_sunk_comes_out),
-        cmocka_unit_test(what_is_torn_comes_back),
-        cmocka_unit_test(compliance_beside_a_light_body),
-        cmocka_unit_test(machines_work),
+        cmocka_unit_test(what_rests_under_ode_rests),     cmocka_unit_test(a_stack_stands_still),
+        cmocka_unit_test(the_heaviest_do_not_sink),       cmocka_unit_test(a_heap_comes_to_rest),
+        cmocka_unit_test(energy_does_not_grow),           cmocka_unit_test(a_slope_holds_to_the_friction_angle),
+        cmocka_unit_test(feedback_sums_to_the_weight),    cmocka_unit_test(surface_modes_keep_their_meaning),
+        cmocka_unit_test(what_moves_does_its_work),       cmocka_unit_test(what_is_sunk_comes_out),
+        cmocka_unit_test(what_is_sunk_does_not_hop),      cmocka_unit_test(what_is_torn_comes_back),
+        cmocka_unit_test(compliance_beside_a_light_body), cmocka_unit_test(machines_work),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
