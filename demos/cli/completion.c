@@ -40,7 +40,7 @@ static void put_argument_names(const command *c, FILE *stream)
 
 static bool is_file(const option_row *row)
 {
-    return row->kind == VALUE_INPUT || row->kind == VALUE_OUTPUT;
+    return row->kind == VALUE_INPUT || row->kind == VALUE_OUTPUT || row->kind == VALUE_STREAM;
 }
 
 /* ---- bash ---- */

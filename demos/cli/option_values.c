@@ -118,8 +118,10 @@ bool option_store(const option_row *op, const char *text, void *field)
     case VALUE_TEXT:
     case VALUE_INPUT:
     case VALUE_FOLDER:
-    case VALUE_OUTPUT:
+    case VALUE_STREAM:
         return store_text(text, field);
+    case VALUE_OUTPUT:
+        return strcmp(text, "-") != 0 && store_text(text, field);
     case VALUE_SOLVER:
         return pinch_solver_from_name(text, field) == PINCH_OK;
     case VALUE_FORMULATION:
@@ -171,8 +173,11 @@ void option_expected(const option_row *op, char *text, size_t size)
     case VALUE_TEXT:
     case VALUE_INPUT:
     case VALUE_FOLDER:
-    case VALUE_OUTPUT:
+    case VALUE_STREAM:
         snprintf(text, size, "a name");
+        return;
+    case VALUE_OUTPUT:
+        snprintf(text, size, "the name of a file (/dev/stdout for standard output)");
         return;
     case VALUE_EVENTS:
         snprintf(text, size, "crush, slip, dropped or limit, or several with commas between");

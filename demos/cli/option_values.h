@@ -14,7 +14,8 @@ typedef enum value_kind {
     VALUE_TEXT,         /* a text that is not empty */
     VALUE_INPUT,        /* the name of a file that is read */
     VALUE_FOLDER,       /* the name of a folder */
-    VALUE_OUTPUT,       /* the name of a file that is written */
+    VALUE_OUTPUT,       /* the name of a file that is written, not - */
+    VALUE_STREAM,       /* the name of a file that is written, or - */
     VALUE_SOLVER,
     VALUE_FORMULATION,
     VALUE_NAME,   /* the place in the row's list of names, as an enum */

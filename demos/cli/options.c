@@ -47,7 +47,7 @@ static const option_row table[OPTION_COUNT] = {
                          "tangential over normal stiffness of contacts, > 0 and <= 10 (default 2/3)"},
     [OPTION_CONFIG] = {"config", VALUE_INPUT, OPTION_FIELD(config), "FILE",
                        "read these options from a JSON file, as \"kt_ratio\": 0.8"},
-    [OPTION_STATS] = {"stats", VALUE_OUTPUT, OPTION_FIELD(stats), "FILE",
+    [OPTION_STATS] = {"stats", VALUE_STREAM, OPTION_FIELD(stats), "FILE",
                       "write statistics as JSON; - for standard error"},
     [OPTION_QUICKSTEP_ITERATIONS] = {"quickstep-iterations", VALUE_COUNTS, OPTION_FIELD(quickstep_iterations), "N,...",
                                      "run quickstep with each of these numbers (default 20,50,200)"},
@@ -178,7 +178,7 @@ const option_row *options_row(option_id id)
 
 bool options_is_output(option_id id)
 {
-    return table[id].kind == VALUE_OUTPUT;
+    return table[id].kind == VALUE_OUTPUT || table[id].kind == VALUE_STREAM;
 }
 
 bool options_is_input(option_id id)

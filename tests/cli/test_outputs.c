@@ -89,6 +89,7 @@ static void test_named_files_stay(void **state)
                             "\"vary\": [{\"path\": \"/object/mass\", \"uniform\": [0.4, 0.5]}]}"));
     char *state_file = program_write_file(folder, "state", "kept");
     static const char read[] = "is the file that is read";
+    cli_refused(PINCH(folder, "run", "s.json", "--csv", "-"), 2, "(/dev/stdout for standard output), got \"-\"");
     cli_refused(PINCH(folder, "run", "s.json", "--csv", "m.obj"), 2, read);
     cli_refused(PINCH(folder, "run", "s.json", "--checkpoint", "m.obj"), 2, read);
     cli_refused(PINCH(folder, "run", "s.json", "--resume", "state", "--csv", "state"), 2, read);
