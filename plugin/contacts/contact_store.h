@@ -42,11 +42,13 @@ typedef struct pinch_kept_surface {
     pinch_surface surface;
 } pinch_kept_surface;
 
-/* Where a geom was, for contact laws that depend on its pose. */
+/* Where a geom was: one on which contact laws depend, or that may be moved by its pose alone. */
 typedef struct pinch_seen_pose {
-    double pose[12]; /* position and rotation (rows) in the last step in which it had a contact */
-    long step;       /* that step */
-    bool stays;      /* it had the same pose, to the bit, in the step before */
+    double pose[12];   /* position and rotation (rows) in the last step in which it had a contact */
+    double before[12]; /* in the step before, where it was seen then */
+    long step;         /* that step; -1: never */
+    bool stays;        /* it had the same pose, to the bit, in the step before */
+    bool moved;        /* it had another pose in the step before */
 } pinch_seen_pose;
 
 /* A pair of geoms in contact, or of what stands for them. geom[0] has the smaller record index. */
@@ -58,7 +60,9 @@ typedef struct pinch_pair {
     int buffered_count, buffered_before; /* their number in this step and in the last */
     int expected;      /* where the last step had the contact that is to come next, -1: it had no more */
     int step_body[2];  /* its bodies in this step, -1: does not move by itself */
-    bool unchanged;    /* its contacts are those of the last step, to the bit, and nothing moves them */
+    bool unchanged;    /* its contacts are those of the last step, to the bit, and nothing moves them, or did so then */
+    bool is_led;       /* a body of it moves as its owner prescribes */
+    bool is_set[2];    /* what does not move by itself has another pose than in the last step, though no velocity */
     bool has_material; /* otherwise its points have surface parameters of their own */
     int geom[2];       /* records */
     pinch_manifold manifold;
@@ -164,6 +168,9 @@ pinch_pose pinch_side_pose(dGeomID geom, dBodyID body);
 /* Tells whether a side has the pose, to the bit, that it had when last asked for, in step `now` - 1. Only one thread
  * at a time may call this. */
 bool pinch_geom_stays(pinch_contact_store *store, int record, long now);
+/* Tells whether it has another one. It then came to where it is, at `place`, by this way (m), in the step before. */
+bool pinch_geom_was_moved(pinch_contact_store *store, int record, long now);
+void pinch_way_of_geom(const pinch_contact_store *store, int record, const double place[3], double way[3]);
 
 /* Returns the index of surface parameters, where `guess` is an index to try first; -1 when memory runs out. Indices
  * that are kept elsewhere than in buffered contacts and own laws do not outlive the call. */

@@ -26,7 +26,8 @@ static const double UNLIMITED = 10;
  * faster than takes them out against gravity: the shorter the step, the higher they would hop. Contacts that are soft
  * by their own parameters (their compliance is no small part of what inertia gives them in a step) are meant to be
  * deep. So deep as bodies have come by their own motion within a step, they may come out at ODE's pace: it is erp times
- * the speed that they came with, and no energy is gained.
+ * the speed that they came with, and no energy is gained. And no geom whose pose is set, step by step, goes through a
+ * body, as the contact comes apart at its speed at least.
  */
 static const double DEEP = 0.02, STIFF = 0.01;
 
@@ -145,8 +146,9 @@ static double target_velocity(const pinch_surface *s, dWorldID world, double pus
 static double deepest_in(const pinch_step_context *context, const pinch_surface_conditions *conditions, double erp,
                          double depth)
 {
-    double g = pinch_v3_norm(context->gravity), most = DEEP * conditions->size;
-    return g > 0 ? fmin(most, context->h / erp * sqrt(2 * g * depth)) : most;
+    double h = context->h, g = pinch_v3_norm(context->gravity), most = DEEP * conditions->size;
+    if (g > 0) most = fmin(most, h / erp * sqrt(2 * g * depth));
+    return fmax(fmax(most, conditions->came_in), h / erp * conditions->led);
 }
 
 static void set_limit(const pinch_surface *s, const pinch_surface_conditions *conditions, int i, double *coefficient,
@@ -204,7 +206,7 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
     if (c->depth > 0) c->depth = not_negative(c->depth - layer);
     double pressed_in = c->depth, push_out = erp * c->depth / h;
     if (cfm < STIFF * h * conditions->mobility && pressed_in > conditions->came_in)
-        pressed_in = fmin(pressed_in, fmax(deepest_in(context, conditions, erp, pressed_in), conditions->came_in));
+        pressed_in = fmin(pressed_in, deepest_in(context, conditions, erp, pressed_in));
     double rebound, target = target_velocity(s, world, erp * pressed_in / h, conditions->approach, &rebound);
     c->surface_velocity[0] -= target - push_out;
     c->surface_velocity[1] -= s->motion[1];

@@ -23,6 +23,7 @@ typedef struct pinch_surface_conditions {
     double stands_for;      /* how many such contacts the contact stands for */
     double approach;        /* velocity along the normal now, m/s, negative when approaching */
     double came_in;         /* how deep the bodies have come in by their own motion within a step, m */
+    double led;             /* at which a geom whose pose is set comes on along the normal, m/s, >= 0 */
     bool pressed;           /* the contact had a normal force in the last step */
 } pinch_surface_conditions;
 

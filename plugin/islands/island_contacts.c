@@ -110,6 +110,20 @@ static void apply_material(const pair_law *law, bool slipping, pinch_contact *c)
     c->max_force = share * material->max_force;
 }
 
+/* Returns the speed (m/s) along the normal at which geoms that were moved by their poses alone come on. */
+static double led_speed(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
+                        const pinch_manifold_point *point, const double *normal)
+{
+    double apart = 0;
+    for (int side = 0; side < 2; side++) {
+        double way[3];
+        if (!pair->is_set[side]) continue;
+        pinch_way_of_geom(store, pair->geom[side], point->position, way);
+        apart += (side ? -1 : 1) * pinch_v3_dot(way, normal);
+    }
+    return apart < 0 ? -apart / context->h : 0;
+}
+
 /* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. Returns
  * how deep the point has come in by the bodies' own motion within a step. */
 static double apply_surface(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
@@ -125,6 +139,7 @@ static double apply_surface(const pinch_step_context *context, const pinch_conta
     }
     pinch_own_law *own = point->own;
     double approach = pinch_v3_dot(linear, c->normal);
+    own->led = led_speed(context, store, pair, point, c->normal);
     pinch_surface_conditions conditions = {
         .tangent1 = own->tangent1,
         .mobility = law->mobility,
@@ -132,6 +147,7 @@ static double apply_surface(const pinch_step_context *context, const pinch_conta
         .stands_for = own->stands_for,
         .approach = approach,
         .came_in = fmin(c->depth, fmax(pair->came_in, -context->h * approach)),
+        .led = own->led,
         .pressed = point->normal_force > 0,
     };
     c->max_force = INFINITY;

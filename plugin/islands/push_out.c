@@ -68,9 +68,10 @@ typedef struct walk {
     int pair, point; /* of the next contact */
 } walk;
 
-/* Returns how much of the velocity (m/s) that the next contact asks for is a bounce. */
-static double next_rebound(walk *w)
+/* Returns the next contact's own law; one of a fingertip has none of its own. */
+static const pinch_own_law *next_law(walk *w)
 {
+    static const pinch_own_law OF_A_FINGERTIP = {.surface = -1};
     const pinch_pair *pair = pinch_island_pair(w->contacts, w->island->pairs, w->pair);
     const pinch_own_law *own = pair->has_material ? NULL : pair->manifold.point[w->point].own;
     if (w->point == 0) pinch_prefetch_island_pairs(w->contacts, w->island->pairs, w->pair, PINCH_READS_OWN_LAWS);
@@ -78,21 +79,27 @@ static double next_rebound(walk *w)
         w->point = 0;
         w->pair++;
     }
-    return own ? own->rebound : 0;
+    return own ? own : &OF_A_FINGERTIP;
+}
+
+/* Returns how fast (m/s) the surface moves by itself along the normal, into body 1. */
+static double speed_into(const pinch_contact *c, const pinch_own_law *own)
+{
+    return fmax(-(c->surface_velocity[0] + own->rebound), own->led);
 }
 
 /* Tells whether a contact is judged: it is none of a fingertip, and no partner drives it on. */
-static bool is_hard(const pinch_contact *c, double rebound)
+static bool is_hard(const pinch_contact *c, const pinch_own_law *own)
 {
-    return c->may_soften && c->surface_velocity[0] + rebound >= 0;
+    return c->may_soften && speed_into(c, own) <= 0;
 }
 
 /* Returns the velocity (m/s) that a contact asks for because its bodies overlap. */
-static double push_of(const pinch_contact *c, double rebound, double h)
+static double push_of(const pinch_contact *c, const pinch_own_law *own, double h)
 {
-    if (!is_hard(c, rebound) || !(c->depth > 0)) return 0;
+    if (!is_hard(c, own) || !(c->depth > 0)) return 0;
     double push = c->stiffness[0] * c->depth / (h * c->stiffness[0] + c->damping[0]);
-    return fmax(push - (c->surface_velocity[0] + rebound), 0);
+    return fmax(push - (c->surface_velocity[0] + own->rebound), 0);
 }
 
 static double inverse_masses(const pinch_problem *problem, const pinch_contact *c)
@@ -116,7 +123,7 @@ static double energy_asked_for(const pinch_contact_store *contacts, const pinch_
         for (k = first; k < problem->contact_count; k++) {
             const pinch_contact *c = &problem->contacts[k];
             if (c->body1 != pair->body1 || c->body2 != pair->body2) break;
-            double push = push_of(c, next_rebound(&at), h);
+            double push = push_of(c, next_law(&at), h);
             of_pair += 0.5 * push * push / mobility;
             if (push > 0 && STIFF * h * mobility * (h * c->stiffness[0] + c->damping[0]) <= 1)
                 sum += 0.5 * c->stiffness[0] * c->depth * c->depth;
@@ -140,12 +147,6 @@ static double part_of_fall(const pinch_step_context *context, const pinch_proble
     return OF_FALL * 0.5 * mass_of(problem) * fall * fall;
 }
 
-/* Does the surface move by itself along the normal, into body 1? */
-static bool drives_on(const pinch_contact *c, double rebound)
-{
-    return c->surface_velocity[0] + rebound < 0;
-}
-
 /* Returns the most energy (J) that surfaces may give in a step: they bring all bodies to the speed of the fastest, and
  * lift them at it. */
 static double most_of_surfaces(const pinch_step_context *context, const pinch_contact_store *contacts,
@@ -155,8 +156,8 @@ static double most_of_surfaces(const pinch_step_context *context, const pinch_co
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
-        double rebound = next_rebound(&at), along = hypot(c->surface_velocity[1], c->surface_velocity[2]);
-        if (drives_on(c, rebound)) along = hypot(along, c->surface_velocity[0] + rebound);
+        double into = speed_into(c, next_law(&at)), along = hypot(c->surface_velocity[1], c->surface_velocity[2]);
+        if (into > 0) along = hypot(along, into);
         fastest = fmax(fastest, along);
     }
     return fastest > 0 ? mass_of(problem) * fastest * (0.5 * fastest + pinch_fall_in_step(context)) : 0;
@@ -169,7 +170,7 @@ static double energy_of_all(const pinch_contact_store *contacts, const pinch_isl
     double fastest = 0;
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count; k++)
-        fastest = fmax(fastest, push_of(&problem->contacts[k], next_rebound(&at), problem->step));
+        fastest = fmax(fastest, push_of(&problem->contacts[k], next_law(&at), problem->step));
     return 0.5 * mass_of(problem) * fastest * fastest;
 }
 
@@ -274,10 +275,10 @@ static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count && island->surface_limit > 0; k++) {
         const pinch_contact *c = &problem->contacts[k];
-        double rebound = next_rebound(&at);
+        double into = speed_into(c, next_law(&at));
         if (moves_along(c)) power += mean_power_of_friction(&found, c);
         for (int i = 1; i < 4; i++) power -= c->force[i] * c->surface_velocity[i];
-        if (drives_on(c, rebound)) power += c->force[0] * mean_velocity(&found, c);
+        if (into > 0) power += c->force[0] * mean_velocity(&found, c);
     }
     return fmin(fmax(problem->step * power, 0), island->surface_limit);
 }
@@ -314,7 +315,7 @@ static int way_out(const answer *a, walk *at, int *next, double *way, double *fo
     for (; *next < a->problem->contact_count; ++*next) {
         const pinch_contact *c = &a->problem->contacts[*next];
         if (c->body1 != pair->body1 || c->body2 != pair->body2) break;
-        double push = push_of(c, next_rebound(at), step);
+        double push = push_of(c, next_law(at), step);
         if (!(push > 0)) continue;
         *way += step * fmin(mean_velocity(a, c), push);
         *force += c->force[0];
@@ -380,8 +381,9 @@ void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count; k++) {
         pinch_contact *c = &problem->contacts[k];
-        double rebound = next_rebound(&at);
-        if (is_hard(c, rebound)) c->surface_velocity[0] += (1 - pace) * (push_of(c, rebound, problem->step) + rebound);
+        const pinch_own_law *own = next_law(&at);
+        if (!is_hard(c, own)) continue;
+        c->surface_velocity[0] += (1 - pace) * (push_of(c, own, problem->step) + own->rebound);
     }
 }
 
@@ -390,7 +392,7 @@ void pinch_let_go(const pinch_contact_store *contacts, const pinch_island *islan
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count; k++) {
         pinch_contact *c = &problem->contacts[k];
-        if (!is_hard(c, next_rebound(&at))) continue;
+        if (!is_hard(c, next_law(&at))) continue;
         memset(c->surface_velocity + 1, 0, 3 * sizeof *c->surface_velocity);
         memset(c->elastic, 0, sizeof c->elastic);
         memset(c->rolling_elastic, 0, sizeof c->rolling_elastic);

@@ -57,6 +57,8 @@ static void archive_geoms(pinch_archive *a, pinch_contact_store *store)
         if (seen->step < 0) continue; /* not seen yet */
         PINCH_ARCHIVE(a, seen->pose);
         pinch_archive_flag(a, &seen->stays);
+        pinch_archive_flag(a, &seen->moved);
+        if (seen->moved) PINCH_ARCHIVE(a, seen->before);
     }
     if (store->seen_poses.count > store->geoms.count) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
 }
@@ -173,6 +175,7 @@ static void archive_pair(pinch_archive *a, pinch_contact_store *store, pinch_pai
     }
     PINCH_ARCHIVE(a, pair->last_step);
     pinch_archive_flag(a, &pair->has_material);
+    pinch_archive_flag(a, &pair->is_led);
     PINCH_ARCHIVE(a, pair->came_in);
     PINCH_ARCHIVE(a, pair->turned);
     PINCH_ARCHIVE(a, pair->slip_total);

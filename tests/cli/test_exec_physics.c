@@ -282,6 +282,32 @@ static void what_is_sunk_does_not_hop(void **state)
         }
 }
 
+/* What is moved by its pose alone takes along what is in its way, with the overlap that ODE's push-out leaves at its
+ * speed, speed h/erp, of which a step's way is the box's own. */
+static void nothing_goes_through_what_it_shoves(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *words;
+        double speed, h;
+    } cases[] = {{"shoved", 0.2, 0.005},
+                 {"shoved --stepper world", 0.2, 0.005},
+                 {"shoved --lift 1", 0.2, 0.005},
+                 {"shoved --kinematic 1", 0.2, 0.005},
+                 {"shoved --speed 0.02", 0.02, 0.005},
+                 {"shoved --speed 1", 1, 0.005},
+                 {"shoved --speed 0.5 --h 0.001 --steps 1000", 0.5, 0.001},
+                 {"shoved --speed 0.05 --h 0.02 --steps 100", 0.05, 0.02}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        exec_run r = run_words(true, cases[i].words);
+        double overlap = cases[i].speed * cases[i].h / 0.2, ahead = cases[i].speed * cases[i].h - overlap;
+        assert_close(exec_number(r.line, "ahead"), ahead, 1e-5 + 0.002 * overlap); /* friction presses them together */
+        assert_close(exec_number(r.line, "speed"), cases[i].speed, 5e-4 * cases[i].speed);
+        assert_close(exec_number(r.stats, "depth_max"), overlap, 0.02 * overlap);
+        exec_run_free(&r);
+    }
+}
+
 /* Errors of position are taken back against gravity: of loops whose stops are moved, and of a chain that was torn. */
 static void what_is_torn_comes_back(void **state)
 {
@@ -331,13 +357,21 @@ static void machines_work(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_rests_under_ode_rests),     cmocka_unit_test(a_stack_stands_still),
-        cmocka_unit_test(the_heaviest_do_not_sink),       cmocka_unit_test(a_heap_comes_to_rest),
-        cmocka_unit_test(energy_does_not_grow),           cmocka_unit_test(a_slope_holds_to_the_friction_angle),
-        cmocka_unit_test(feedback_sums_to_the_weight),    cmocka_unit_test(surface_modes_keep_their_meaning),
-        cmocka_unit_test(what_moves_does_its_work),       cmocka_unit_test(what_is_sunk_comes_out),
-        cmocka_unit_test(what_is_sunk_does_not_hop),      cmocka_unit_test(what_is_torn_comes_back),
-        cmocka_unit_test(compliance_beside_a_light_body), cmocka_unit_test(machines_work),
+        cmocka_unit_test(what_rests_under_ode_rests),
+        cmocka_unit_test(a_stack_stands_still),
+        cmocka_unit_test(the_heaviest_do_not_sink),
+        cmocka_unit_test(a_heap_comes_to_rest),
+        cmocka_unit_test(energy_does_not_grow),
+        cmocka_unit_test(a_slope_holds_to_the_friction_angle),
+        cmocka_unit_test(feedback_sums_to_the_weight),
+        cmocka_unit_test(surface_modes_keep_their_meaning),
+        cmocka_unit_test(what_moves_does_its_work),
+        cmocka_unit_test(what_is_sunk_comes_out),
+        cmocka_unit_test(what_is_sunk_does_not_hop),
+        cmocka_unit_test(nothing_goes_through_what_it_shoves),
+        cmocka_unit_test(what_is_torn_comes_back),
+        cmocka_unit_test(compliance_beside_a_light_body),
+        cmocka_unit_test(machines_work),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -79,9 +79,9 @@ static void test_turned_around_and_back(void **state)
 
 /*
  * A hand carries a cube to and fro. What the fingertips give on the way out they take back on the way home, so that the
- * cube comes back to its place in the hand. The tips roll on its faces by some 1e-4 rad meanwhile: shear that adds up by
- * the velocity at the start of each step leaves 4e-12 m behind in each second turn, 2e-9 m in a million steps. No bound of
- * the project's: a fifth of that.
+ * cube comes back to its place in the hand. The tips roll on its faces by some 1e-4 rad meanwhile: shear that adds up
+ * by the velocity at the start of each step leaves 4e-12 m behind in each second turn, 2e-9 m in a million steps. No
+ * bound of the project's: a fifth of that.
  */
 static void test_carried_to_and_fro(void **state)
 {
@@ -230,6 +230,36 @@ static void test_breaks_away_at_the_torsional_limit(void **state)
 }
 
 /* Below the limit it turns by torque / (sum of ktau), and back when the torque goes. */
+/* Two fingertips that turn against each other by 0.5 rad about their normals, and stop, slip by what their elasticity
+ * leaves of that, 0.5 - mu_t N / k_t, and no further. The object stands all the time. */
+static void test_slip_ends_with_the_motion(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "{\"format\": \"pinch-scene/1\", \"gravity\": [0, 0, 0], \"object\": {\"shape\": {\"type\": \"box\", "
+        "\"size\": [0.1, 0.1, 0.1]}, \"mass\": 0.3}, \"fingers\": ["
+        "{\"name\": \"L\", \"point\": [-0.05, 0, 0], \"normal\": [1, 0, 0], \"drive\": {\"type\": \"path\", "
+        "\"points\": [{\"time\": 0.5}, {\"time\": 1.5, \"rotation\": [-0.5, 0, 0]}]}, %s}, "
+        "{\"name\": \"R\", \"point\": [0.05, 0, 0], \"normal\": [-1, 0, 0], \"drive\": {\"type\": \"path\", "
+        "\"points\": [{\"time\": 0.5}, {\"time\": 1.5, \"rotation\": [0.5, 0, 0]}]}, %s}], "
+        "\"simulation\": {\"step\": 0.001, \"duration\": 3}}";
+    static const char tip[] = "\"model\": \"soft\", \"stiffness\": {\"normal\": 20000, \"torsional\": 0.5}, "
+                              "\"closing\": 0.0005, \"ramp\": 0.2, \"friction\": 0.6, "
+                              "\"torsional_friction\": 0.003, \"damping\": {\"normal\": 20, \"tangential\": 20}";
+    char whole[2000];
+    (void)snprintf(whole, sizeof whole, text, tip, tip);
+    scene *s = scene_from_text(whole);
+    world *w = world_of(s);
+    const double limit = 0.003 * 20000 * 0.0005, lost = 2 * limit * (0.5 - limit / 0.5);
+    world_run_until(w, 1.6);
+    assert_close(w->ledger.friction, lost, 1e-9);
+    world_run_until(w, s->duration);
+    assert_close(w->ledger.friction, lost, 1e-9);
+    assert_solved(w);
+    world_free(w);
+    scene_free(s);
+}
+
 static void test_twists_elastically_and_comes_back(void **state)
 {
     (void)state;
@@ -329,6 +359,7 @@ int main(void)
         cmocka_unit_test(test_turned_by_the_hand),
         cmocka_unit_test(test_shaken),
         cmocka_unit_test(test_breaks_away_at_the_torsional_limit),
+        cmocka_unit_test(test_slip_ends_with_the_motion),
         cmocka_unit_test(test_twists_elastically_and_comes_back),
         cmocka_unit_test(test_lifted_carried_and_placed),
         cmocka_unit_test(test_lifted_with_quickstep),
