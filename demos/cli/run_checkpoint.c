@@ -75,8 +75,9 @@ command_status run_checkpoint_resume(const run_checkpoint *c, simulation *s)
     case CHECKPOINT_FINE:
         return COMMAND_DONE;
     case CHECKPOINT_FOREIGN:
-        return refuse(c, "is a checkpoint of another scene, or of a run with other options: scene, solver, --step and "
-                         "--duration must be the same, as a run cannot be made longer");
+        return refuse(c, "is a checkpoint of another scene, or of a run with other options: scene, the files of its "
+                         "hands and meshes, solver, --step and --duration must be the same, as a run cannot be made "
+                         "longer");
     case CHECKPOINT_DAMAGED:
         return refuse(c, "expected a whole checkpoint that this version of pinch run has written");
     default:

@@ -202,6 +202,35 @@ static void test_damaged_files(void **state)
     program_remove_folder(folder);
 }
 
+/* The files that a scene names belong to it: with another hand, it is another run. */
+static void test_other_files(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder(), *hand = program_read_file(PINCH_SOURCE_DIR "/assets/hands/three-finger.urdf");
+    char *scene = program_read_file(SCENE("hands/three-finger-lift.json"));
+    char *file = strstr(scene, "../../hands/three-finger.urdf");
+    assert_non_null(file);
+    memmove(file, file + strlen("../../hands/"), strlen(file + strlen("../../hands/")) + 1);
+    free(program_write_file(folder, "lift.json", scene));
+    free(program_write_file(folder, "three-finger.urdf", hand));
+    program_result r = PINCH(folder, "run", "lift.json", "--quiet", "--duration", "0.2", "--checkpoint", "run.state",
+                             "--every", "100");
+    assert_int_equal(r.status, 0);
+    program_free(&r);
+    r = PINCH(folder, "run", "lift.json", "--quiet", "--duration", "0.2", "--resume", "run.state");
+    assert_int_equal(r.status, 0);
+    program_free(&r);
+    char *damping = strstr(hand, "damping=\"");
+    assert_non_null(damping);
+    damping[strlen("damping=\"")] ^= 1; /* a digit, and another one */
+    free(program_write_file(folder, "three-finger.urdf", hand));
+    cli_refused(PINCH(folder, "run", "lift.json", "--quiet", "--duration", "0.2", "--resume", "run.state"), 2,
+                "the files of its hands and meshes");
+    free(hand);
+    free(scene);
+    program_remove_folder(folder);
+}
+
 static void test_other_runs(void **state)
 {
     (void)state;
@@ -251,6 +280,7 @@ int main(void)
         cmocka_unit_test(test_interrupt_keeps_the_state),
         cmocka_unit_test(test_damaged_files),
         cmocka_unit_test(test_other_runs),
+        cmocka_unit_test(test_other_files),
         cmocka_unit_test(test_no_room),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -7,10 +7,12 @@
 #include "simulation_state.h"
 #include "world_hand.h"
 
+#include "common/input_file.h"
+
 #include <stdlib.h>
 #include <string.h>
 
-static const char FORMAT[16] = "pinch-run/1";
+static const char FORMAT[16] = "pinch-run/2";
 
 /* ---- The tape ---- */
 
@@ -110,7 +112,7 @@ static uint64_t hash_solver(uint64_t hash, const world_settings *settings)
     return tape_hash(hash, &s->seed, sizeof s->seed);
 }
 
-/* A body is known by its mass and inertia: the scene names files for meshes and hands, whose contents may change. */
+/* A body is known by its mass and inertia. */
 static uint64_t hash_body(uint64_t hash, dBodyID body)
 {
     dMass mass;
@@ -120,8 +122,21 @@ static uint64_t hash_body(uint64_t hash, dBodyID body)
     return hash;
 }
 
-/* Returns a hash of scene, settings and bodies; 0 when memory runs out. */
-static uint64_t fingerprint(const world *w)
+/* The scene names files, of meshes and hands, whose contents may change. One that has gone since counts as empty. */
+static bool hash_file(void *context, const char *path)
+{
+    uint64_t *hash = context;
+    unsigned char buffer[65536];
+    char fault[128];
+    FILE *stream = input_open_regular(path, fault);
+    for (size_t got; stream && (got = fread(buffer, 1, sizeof buffer, stream)) > 0;)
+        *hash = tape_hash(*hash, buffer, got);
+    if (stream) (void)fclose(stream);
+    return true;
+}
+
+/* Returns a hash of scene, files, settings and bodies; 0 when memory runs out. */
+static uint64_t compute_fingerprint(const world *w)
 {
     char *text = NULL;
     size_t size = 0;
@@ -132,9 +147,17 @@ static uint64_t fingerprint(const world *w)
     uint64_t hash = printed ? tape_hash(0, text, size) : 0;
     free(text);
     if (!printed) return 0;
+    (void)scene_each_file(w->scene, hash_file, &hash);
     hash = hash_solver(hash, &w->settings);
     for (int i = 0; i < w->body_count; i++) hash = hash_body(hash, w->bodies[i]);
     return hash ? hash : 1;
+}
+
+/* The same of a run, whose checkpoints all have the one of its first. */
+static uint64_t fingerprint(simulation *s)
+{
+    if (s->fingerprint == 0) s->fingerprint = compute_fingerprint(s->w);
+    return s->fingerprint;
 }
 
 /* ---- The parts of ODE's world ---- */
@@ -346,7 +369,7 @@ bool simulation_checkpoint(simulation *s, unsigned char **bytes, size_t *size)
     part_lists lists;
     char format[sizeof FORMAT];
     tape t = tape_write();
-    uint64_t of = fingerprint(s->w);
+    uint64_t of = fingerprint(s);
     if (of == 0 || !list_parts(s->w, &lists)) return false;
     memcpy(format, FORMAT, sizeof format);
     TAPE(&t, format);
@@ -392,7 +415,7 @@ checkpoint_status simulation_resume(simulation *s, const unsigned char *bytes, s
     if (memcmp(format, FORMAT, sizeof format) != 0 || tape_hash(0, bytes, size - sizeof sum) != sum)
         return CHECKPOINT_DAMAGED;
     TAPE(&t, of);
-    own = fingerprint(s->w);
+    own = fingerprint(s);
     if (own == 0) return CHECKPOINT_NO_MEMORY;
     if (of != own) return CHECKPOINT_FOREIGN;
     tape_counts(&t, s->w);
