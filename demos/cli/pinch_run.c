@@ -9,6 +9,7 @@
 #include "common/vector.h"
 #include "common/whole_file.h"
 #include "scenes/world/simulation.h"
+#include "scenes/world/world_hand.h"
 #include "view/gltf.h"
 #include "view/page.h"
 
@@ -100,7 +101,7 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
     for (int i = 0; i < r->event_count; i++) {
         const simulation_event *e = &r->events[i];
         const char *of = e->finger >= 0  ? w->fingers[e->finger].finger->name
-                         : e->joint >= 0 ? run_joint_plain_name(w, e->hand, e->joint)
+                         : e->joint >= 0 ? w->hands[e->hand].joints[e->joint].name
                          : e->object > 0 ? w->scene->objects[e->object].name
                                          : "";
         terminal_print(stream, "  event at %g s: %s%s%s, value %g, limit %g\n", e->time, simulation_event_name(e->type),

@@ -12,7 +12,6 @@
 
 /* What `pinch run` shows of hands and of further objects. */
 
-const char *run_joint_plain_name(const world *w, int hand_index, int joint);
 void run_print_joints(const world *w, FILE *stream);
 
 /* The columns behind those of the fingers: joints, then the poses of further objects. */

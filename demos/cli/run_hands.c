@@ -8,11 +8,6 @@
 
 #include <math.h>
 
-const char *run_joint_plain_name(const world *w, int k, int joint)
-{
-    return w->hands[k].joints[joint].of->name;
-}
-
 /* ---- The table. ---- */
 
 void run_print_joints(const world *w, FILE *stream)
@@ -21,7 +16,7 @@ void run_print_joints(const world *w, FILE *stream)
         terminal_print(stream, "  %-24s %12s %12s %12s %12s\n", "joint", "position", "speed", "target", "torque");
         for (int i = 0; i < w->hands[k].joint_count; i++) {
             const world_joint *j = &w->hands[k].joints[i];
-            terminal_print(stream, "  %-24s %12.6f %12.3g", j->of->name, j->position, j->velocity);
+            terminal_print(stream, "  %-24s %12.6f %12.3g", j->name, j->position, j->velocity);
             if (j->control->type == SCENE_UNDRIVEN)
                 terminal_print(stream, " %12s", "-");
             else
@@ -42,7 +37,7 @@ void run_hands_csv_header(const world *w, FILE *stream)
         for (int i = 0; i < w->hands[k].joint_count; i++)
             for (size_t c = 0; c < sizeof joint / sizeof *joint; c++) {
                 fputc(',', stream);
-                csv_text(run_joint_plain_name(w, k, i), joint[c], stream);
+                csv_text(w->hands[k].joints[i].name, joint[c], stream);
             }
     for (int k = 1; k < w->object_count; k++)
         for (size_t c = 0; c < sizeof object / sizeof *object; c++) {

@@ -80,13 +80,16 @@ static json_t *hands_document(const scene *s, double moment, const hand_statics 
 
 /* ---- The tables. ---- */
 
-static void print_joints(const hand_statics *x, FILE *stream)
+static void print_joints(const scene *s, const hand_statics *x, FILE *stream)
 {
+    bool several = s->hand_count > 1;
     terminal_print(stream, "  %-24s %12s %12s %12s %12s %12s\n", "joint", "position", "target", "torque", "of contacts",
                    "of weights");
     for (int i = 0; i < x->joint_count; i++) {
         const hand_static_joint *j = &x->joints[i];
-        terminal_print(stream, "  %-24s %12.6f", j->name, j->position);
+        char name[128];
+        (void)snprintf(name, sizeof name, "%s%s%s", several ? j->hand : "", several ? "/" : "", j->name);
+        terminal_print(stream, "  %-24s %12.6f", name, j->position);
         if (isnan(j->target))
             terminal_print(stream, " %12s", "-");
         else
@@ -112,7 +115,7 @@ static void print_tables(const scene *s, double moment, const hand_statics *x, F
         terminal_print(stream, "  %-16s %-6s %6d %12.6g %12.6g %9s\n", f->name, pinch_contact_state_text(f->state),
                        f->points, f->normal_force, scene_norm(f->tangential_force), margin);
     }
-    print_joints(x, stream);
+    print_joints(s, x, stream);
     const double *d = x->translation, *r = x->rotation;
     terminal_print(stream, "  from there the object moves (%.4g, %.4g, %.4g) mm, turns (%.4g, %.4g, %.4g) mrad\n",
                    1e3 * d[0], 1e3 * d[1], 1e3 * d[2], 1e3 * r[0], 1e3 * r[1], 1e3 * r[2]);

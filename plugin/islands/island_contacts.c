@@ -34,7 +34,9 @@ static void round_tangent(const double *n, double *tangent)
     pinch_v3_set(tangent, 1 + sign * n[0] * a, sign * n[1] * a, -sign * n[0]);
 }
 
-/* Chooses the first tangent: where there are facets, a material's facet axis, turned with its geom. A cone is round. */
+/* Chooses the first tangent: where there are facets, a material's facet axis, turned with its geom. A cone is round.
+ * The facets are those of the force that the fingertip exerts; where it is body 1, the force that it gets is opposite,
+ * and a polygon with an odd number of corners is not its own image. */
 static void choose_tangent(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
                            const double *normal, double *tangent)
 {
@@ -53,7 +55,8 @@ static void choose_tangent(const pinch_step_context *context, const pinch_contac
         pinch_v3_make_perpendicular(tangent, normal);
         double left = pinch_v3_norm(tangent);
         if (left > 1e-6 * length) {
-            pinch_v3_scale(tangent, 1 / left);
+            bool gets_force = side == 0 && context->settings.faces % 2 == 1;
+            pinch_v3_scale(tangent, (gets_force ? -1 : 1) / left);
             return;
         }
     }

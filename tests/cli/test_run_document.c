@@ -210,6 +210,76 @@ static void test_csv(void **state)
 
 /* A place that cannot be written: status 3, no document; a full device is left where it is. (Reached through a link, so
  * that a mistake would remove the link alone.) */
+/* With several hands every joint says whose it is, wherever it is named. */
+static void test_joints_of_two_hands(void **state)
+{
+    (void)state;
+    static const char *const hands[] = {"giver", "taker"};
+    char *folder = program_make_folder();
+    program_result r = PINCH(folder, "run", SCENE("hands/parallel-gripper-hand-over.json"), "--json", "--csv",
+                             "table.csv", "--duration", "0.01", "--contact-solver", "quickstep");
+    json_t *d = cli_document(&r), *left_out = json_object_get(d, "not_expressed"), *text;
+    char path[512], name[64];
+    snprintf(path, sizeof path, "%s/table.csv", folder);
+    char *table = program_read_file(path);
+    size_t index;
+    json_array_foreach(left_out, index, text)
+    {
+        const char *of = json_string_value(text);
+        assert_true(!strstr(of, "_slide:") || strncmp(of, "giver/", 6) == 0 || strncmp(of, "taker/", 6) == 0);
+    }
+    for (size_t i = 0; i < 2; i++) {
+        snprintf(name, sizeof name, ",%s/left_finger_slide.position,", hands[i]);
+        assert_non_null(strstr(table, name));
+        snprintf(name, sizeof name, "%s/right_finger_slide", hands[i]);
+        assert_string_equal(json_string_value(json_object_get(json_array_get(json_object_get(d, "ties"), i), "name")),
+                            name);
+    }
+    assert_null(strstr(table, ",left_finger_slide"));
+    free(table);
+    json_decref(d);
+    program_free(&r);
+    r = PINCH(folder, "run", SCENE("hands/parallel-gripper-hand-over.json"), "--duration", "0.01");
+    assert_non_null(strstr(r.out, "  giver/left_finger_slide "));
+    assert_non_null(strstr(r.out, "  taker/left_finger_slide "));
+    program_free(&r);
+    program_remove_folder(folder);
+}
+
+/* Where facets are odd in number, the friction polygon of a run is that of the static problem: with three it is half as
+ * wide towards -y as towards y. */
+static void test_odd_facets(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "{\"format\": \"pinch-scene/1\", \"gravity\": [0, 0, 0], \"object\": {\"shape\": {\"type\": \"box\", "
+        "\"size\": [0.1, 0.1, 0.1]}, \"mass\": 0.3}, \"fingers\": ["
+        "{\"name\": \"L\", \"point\": [-0.05, 0, 0], \"normal\": [1, 0, 0], %s}, "
+        "{\"name\": \"R\", \"point\": [0.05, 0, 0], \"normal\": [-1, 0, 0], %s}], \"schedule\": [{\"time\": 0}, "
+        "{\"time\": 0.5, \"force\": [0, 0, 0]}, {\"time\": 2, \"force\": [0, %d, 0]}], "
+        "\"simulation\": {\"step\": 0.001, \"duration\": 2.5}, "
+        "\"solver\": {\"formulation\": \"lcp\", \"pyramid_faces\": 3}}";
+    static const char tip[] = "\"model\": \"hard\", \"stiffness\": {\"normal\": 20000}, \"closing\": 0.0005, "
+                              "\"ramp\": 0.2, \"friction\": 0.5, \"damping\": {\"normal\": 50, \"tangential\": 100}";
+    for (int sign = -1; sign <= 1; sign += 2) {
+        char *folder = program_make_folder(), scene[1500];
+        snprintf(scene, sizeof scene, text, tip, tip, 15 * sign);
+        free(program_write_file(folder, "s.json", scene));
+        program_result run = PINCH(folder, "run", "s.json", "--json");
+        program_result solve = PINCH(folder, "solve", "s.json", "--at-end", "--json");
+        json_t *ran = cli_document(&run), *solved = cli_document(&solve);
+        const char *outcome = json_string_value(json_object_get(ran, "outcome"));
+        const char *status = json_string_value(json_object_get(solved, "status"));
+        assert_string_equal(status, sign > 0 ? "converged" : "unstable");
+        assert_string_equal(outcome, sign > 0 ? "held" : "dropped");
+        json_decref(ran);
+        json_decref(solved);
+        program_free(&run);
+        program_free(&solve);
+        program_remove_folder(folder);
+    }
+}
+
 static void test_csv_that_cannot_be_written(void **state)
 {
     (void)state;
@@ -248,10 +318,9 @@ static void test_full_standard_output(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_json_is_complete),
-        cmocka_unit_test(test_csv),
-        cmocka_unit_test(test_csv_that_cannot_be_written),
-        cmocka_unit_test(test_full_standard_output),
+        cmocka_unit_test(test_json_is_complete),           cmocka_unit_test(test_csv),
+        cmocka_unit_test(test_joints_of_two_hands),        cmocka_unit_test(test_odd_facets),
+        cmocka_unit_test(test_csv_that_cannot_be_written), cmocka_unit_test(test_full_standard_output),
     };
     return cmocka_run_group_tests_name("what pinch run writes", tests, NULL, NULL);
 }

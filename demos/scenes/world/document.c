@@ -93,7 +93,7 @@ static json_t *event_documents(const world *w, const simulation_result *r)
             json_pack("{s:o, s:o, s:s, s:o, s:o}", "time", json_number(e->time), "finger", finger, "type",
                       simulation_event_name(e->type), "value", json_number(e->value), "limit", json_number(e->limit));
         if (event && e->type == EVENT_LIMIT)
-            json_object_set_new(event, "joint", world_joint_name(w, e->hand, e->joint));
+            json_object_set_new(event, "joint", json_string(w->hands[e->hand].joints[e->joint].name));
         if (event && e->type == EVENT_DROPPED && w->object_count > 1)
             json_object_set_new(event, "object", json_string(w->scene->objects[e->object].name));
         if (json_array_append_new(list, event)) {

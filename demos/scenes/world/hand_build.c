@@ -135,6 +135,15 @@ static void make_joint(world *w, world_joint *j, const hand_pose *frame)
 }
 
 /* Makes the joints and their bodies where all joints are at their zeros, and then takes them to the start. */
+char *world_name_of_hand(const world *w, const world_hand *h, const char *name)
+{
+    const char *prefix = w->scene->hand_count > 1 ? h->hand->name : "", *slash = *prefix ? "/" : "";
+    size_t size = strlen(prefix) + strlen(slash) + strlen(name) + 1;
+    char *whole = malloc(size);
+    if (whole) (void)snprintf(whole, size, "%s%s%s", prefix, slash, name);
+    return whole;
+}
+
 static world_status add_joints(world *w, world_hand *h, hand_frames *f)
 {
     const hand *model = h->hand->model;
@@ -146,6 +155,8 @@ static world_status add_joints(world *w, world_hand *h, hand_frames *f)
         double centre[3];
         *j = (world_joint){.of = of, .control = &h->hand->controls[i], .zero = f->q[i], .damper = -1};
         h->joint_count++;
+        j->name = world_name_of_hand(w, h, of->name);
+        if (!j->name) return WORLD_NO_MEMORY;
         hand_pose frame = frame_after(f, i), *of_source = &f->links[model->bodies[source].link], in_world;
         in_world = pose_product(&f->base, of_source);
         pose_point(&in_world, model->bodies[source].mass.centre, centre);
@@ -309,6 +320,7 @@ world_status world_add_hand(world *w, int index)
 void world_free_hands(world *w)
 {
     for (int i = 0; i < w->hand_count; i++) {
+        for (int k = 0; k < w->hands[i].joint_count; k++) free(w->hands[i].joints[k].name);
         free(w->hands[i].joints);
         free(w->hands[i].ties);
         free(w->hands[i].loops);

@@ -4,12 +4,7 @@
 #include "common/output.h"
 
 #include <math.h>
-
-json_t *world_joint_name(const world *w, int k, int joint)
-{
-    const char *name = w->hands[k].joints[joint].of->name;
-    return w->hand_count > 1 ? json_sprintf("%s/%s", w->hands[k].hand->name, name) : json_string(name);
-}
+#include <stdlib.h>
 
 json_t *world_joint_documents(const world *w)
 {
@@ -19,7 +14,7 @@ json_t *world_joint_documents(const world *w)
             const world_joint *j = &w->hands[k].joints[i];
             bool driven = j->control->type != SCENE_UNDRIVEN;
             json_t *document =
-                json_pack("{s:o, s:s, s:o, s:o, s:o, s:o, s:o, s:b, s:b}", "name", world_joint_name(w, k, i), "control",
+                json_pack("{s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:b, s:b}", "name", j->name, "control",
                           scene_control_name(j->control->type), "position", json_number(j->position), "velocity",
                           json_number(j->velocity), "target", json_number(driven ? j->target : NAN), "torque",
                           json_number(j->torque), "max_force", json_number(driven ? j->control->max_force : NAN),
@@ -44,8 +39,9 @@ json_t *world_tie_documents(const world *w)
             double x = 0, hold = t->law.target + t->offset;
             for (int j = 0; j < t->terms; j++) x += t->factor[j] * w->hands[k].joints[t->joint[j]].position;
             bool rigid = t->tendon < 0;
-            const char *name = rigid ? w->hands[k].joints[t->joint[0]].of->name : model->tendons[t->tendon].name;
-            (void)json_array_append_new(list, json_pack("{s:s, s:s, s:o, s:o, s:o, s:b}", "name", name, "type",
+            char *name = world_name_of_hand(
+                w, &w->hands[k], rigid ? w->hands[k].joints[t->joint[0]].of->name : model->tendons[t->tendon].name);
+            (void)json_array_append_new(list, json_pack("{s:s?, s:s, s:o, s:o, s:o, s:b}", "name", name, "type",
                                                         rigid                ? "mimic"
                                                         : t->control != NULL ? "drive"
                                                         : t->is_friction     ? "friction"
@@ -53,6 +49,7 @@ json_t *world_tie_documents(const world *w)
                                                         "position", json_number(x), "target", json_number(hold),
                                                         "force", json_number(w->plugin ? t->force : NAN), "saturated",
                                                         t->control && fabs(t->force) >= t->control->max_force));
+            free(name);
         }
     }
     return list;

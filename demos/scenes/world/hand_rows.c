@@ -161,6 +161,15 @@ world_status world_add_hand_rows(world *w, world_hand *h)
     return status;
 }
 
+static void report_part(const world *w, const world_hand *h, const char *name, const char *what,
+                        void (*report)(void *context, const char *text), void *context)
+{
+    char text[256], *whole = world_name_of_hand(w, h, name);
+    snprintf(text, sizeof text, "%s: %s", whole ? whole : name, what);
+    free(whole);
+    report(context, text);
+}
+
 void world_hand_not_expressed(const world *w, void (*report)(void *context, const char *text), void *context)
 {
     bool ode = !w->plugin;
@@ -179,35 +188,34 @@ void world_hand_not_expressed(const world *w, void (*report)(void *context, cons
         }
         for (size_t i = 0; i < model->tendon_count; i++) {
             if (!ode && !model->tendons[i].limited) continue;
-            snprintf(text, sizeof text, "%s: %s", model->tendons[i].name,
-                     ode ? "a tendon (motors of its joints share out its force)" : "limits of a tendon");
-            report(context, text);
+            report_part(w, &w->hands[k], model->tendons[i].name,
+                        ode ? "a tendon (motors of its joints share out its force)" : "limits of a tendon", report,
+                        context);
         }
         for (int i = 0; i < w->hands[k].joint_count; i++) {
             const world_joint *j = &w->hands[k].joints[i];
             if (isfinite(j->of->upper - j->of->lower) && j->of->limited && j->of->type == HAND_HINGE &&
                 j->of->upper - j->of->lower >= 2 * M_PI - 1e-3) {
-                snprintf(text, sizeof text, "%s: stops a whole turn apart", j->of->name);
+                snprintf(text, sizeof text, "%s: stops a whole turn apart", j->name);
                 report(context, text);
             }
             if (ode && j->of->armature > 0) {
-                snprintf(text, sizeof text, "%s: armature", j->of->name);
+                snprintf(text, sizeof text, "%s: armature", j->name);
                 report(context, text);
             }
             if (ode && j->control->type == SCENE_POSITION_CONTROL) {
                 snprintf(text, sizeof text, "%s: position control (a motor of limited force towards the target)",
-                         j->of->name);
+                         j->name);
                 report(context, text);
             }
             if (ode && j->of->friction > 0 && j->control->type != SCENE_UNDRIVEN) {
-                snprintf(text, sizeof text, "%s: dry friction beside a motor", j->of->name);
+                snprintf(text, sizeof text, "%s: dry friction beside a motor", j->name);
                 report(context, text);
             }
         }
         for (size_t i = 0; ode && i < model->coupling_count; i++) {
-            snprintf(text, sizeof text, "%s: a rigid tie to another joint (a motor follows it)",
-                     model->joints[model->couplings[i].joint].name);
-            report(context, text);
+            report_part(w, &w->hands[k], model->joints[model->couplings[i].joint].name,
+                        "a rigid tie to another joint (a motor follows it)", report, context);
         }
     }
 }

@@ -12,6 +12,7 @@
  * has no mass, the bodies between them get a hundredth of the mass that moves with them. */
 typedef struct world_joint {
     const hand_joint *of;
+    char *name;                   /* its own; with several hands HAND/JOINT, as links are called */
     const scene_control *control; /* its own */
     dJointID joint;               /* a hinge or a slider; body 1 is the outer one */
     dBodyID body, parent;
@@ -86,8 +87,10 @@ void world_put_hand_bases(world *w, double t1);
 /* Reads what the joints do at the end of a step. */
 void world_read_joints(world *w);
 
-/* hand_document.c: the joint's name, with several hands HAND/JOINT, as links are called; what joints and ties do. */
-json_t *world_joint_name(const world *w, int index, int joint);
+/* hand_build.c: the name in the scene of what a hand calls so, see world_joint; NULL when memory runs out. */
+char *world_name_of_hand(const world *w, const world_hand *hand, const char *name);
+
+/* hand_document.c: what joints and ties do. */
 json_t *world_joint_documents(const world *w);
 json_t *world_tie_documents(const world *w);
 
