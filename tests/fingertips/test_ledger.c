@@ -142,11 +142,40 @@ static void test_drive_at_limit(void **state)
     scene_free(s);
 }
 
+/* Rails that turn leave errors of position in their sliders' joints, whose work is the time step's. */
+static void test_turning_rails(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "{\"format\": \"pinch-scene/1\", \"gravity\": [0, 0, 0], \"object\": {\"shape\": {\"type\": \"box\", "
+        "\"size\": [0.1, 0.1, 0.1]}, \"mass\": 0.3}, \"fingers\": ["
+        "{\"name\": \"L\", \"point\": [-0.05, 0, 0], \"normal\": [1, 0, 0], %s}, "
+        "{\"name\": \"R\", \"point\": [0.05, 0, 0], \"normal\": [-1, 0, 0], %s}], \"schedule\": [{\"time\": 0}, "
+        "{\"time\": 0.4, \"hand\": {\"translation\": [0, 0, 0]}}, {\"time\": 0.9, \"hand\": {\"rotation\": "
+        "[0, 1.5, 0]}}], \"simulation\": {\"step\": %g, \"duration\": 1}}";
+    static const char tip[] = "\"model\": \"hard\", \"stiffness\": {\"normal\": 20000}, \"friction\": 0.6, "
+                              "\"damping\": {\"normal\": 20, \"tangential\": 20}, \"drive\": {\"type\": "
+                              "\"slider\", \"mass\": 0.1, \"force\": 10, \"damping\": 5}";
+    static const double steps[] = {1e-3, 5e-3};
+    for (int i = 0; i < 2; i++) {
+        char whole[2000];
+        (void)snprintf(whole, sizeof whole, text, tip, tip, steps[i]);
+        scene *s = scene_from_text(whole);
+        world *w = world_of(s);
+        world_run_until(w, 1);
+        assert_true(w->ledger.work_size > 1e-3);
+        assert_true(fabs(w->ledger.closure) <= 1e-10 * w->ledger.work_size);
+        world_free(w);
+        scene_free(s);
+    }
+}
+
 int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_sliding), cmocka_unit_test(test_springs),
-                                       cmocka_unit_test(test_slider), cmocka_unit_test(test_drive_at_limit)};
+                                       cmocka_unit_test(test_slider), cmocka_unit_test(test_turning_rails),
+                                       cmocka_unit_test(test_drive_at_limit)};
     int failed = cmocka_run_group_tests_name("ledger", tests, NULL, NULL);
     dCloseODE();
     return failed;

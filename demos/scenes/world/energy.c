@@ -45,7 +45,8 @@ static void add_object(world *w, int k, double h)
 }
 
 /* For a tip on a slider, the drive pushes along the axis, the damper brakes the motion against the rail, and a moving
- * rail drags the tip along through the joint. */
+ * rail drags the tip along through the joint. A rail that turns leaves errors of position in each step. What the joint
+ * gives besides as it takes them back is an effect of the time step. */
 static void add_slider(world *w, world_finger *finger, double h)
 {
     energy_ledger *l = &w->ledger;
@@ -63,8 +64,11 @@ static void add_slider(world *w, world_finger *finger, double h)
     }
     if (finger->rail) {
         const dJointFeedback *fb = &finger->slider_feedback;
-        const double *turning = dBodyGetAngularVel(finger->rail);
-        ledger_add(l, &l->work_drives, -h * (scene_dot(fb->f2, rail) + scene_dot(fb->t2, turning)));
+        const double *turning = dBodyGetAngularVel(finger->rail), *own = dBodyGetAngularVel(finger->body);
+        double given = -scene_dot(fb->f2, rail) - scene_dot(fb->t2, turning);
+        double taken = scene_dot(fb->f1, v) + scene_dot(fb->t1, own) + f->drive.u.slider.damping * speed * speed;
+        ledger_add(l, &l->work_drives, h * given);
+        l->integrator += h * (given - taken);
     }
     l->integrator += energy_body_integrator(&finger->energy, h);
     l->kinetic += body_kinetic_energy(finger->body) - finger->energy.kinetic_start;
