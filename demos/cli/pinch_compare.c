@@ -273,10 +273,13 @@ static command_status write_report(const char *path, const json_t *document, con
     return command_cannot_write("compare", path);
 }
 
-/* Films are for the report alone. */
+/* Films and their drawings are for the report alone. */
 static void drop_films(json_t *scenes)
 {
-    for (size_t i = 0; i < json_array_size(scenes); i++) json_object_del(json_array_get(scenes, i), "films");
+    for (size_t i = 0; i < json_array_size(scenes); i++) {
+        json_object_del(json_array_get(scenes, i), "films");
+        json_object_del(json_array_get(scenes, i), "thumb");
+    }
 }
 
 /* Writes --csv, --report and, where `complete` (every scene has its result), --save. */

@@ -1,4 +1,6 @@
 /* The JSON document of a compared scene. */
+#define _POSIX_C_SOURCE 200809L
+
 #include "sample.h"
 #include "scene_compare.h"
 #include "solver_run.h"
@@ -8,6 +10,7 @@
 #include "common/vector.h"
 #include "scenes/shape/shape.h"
 #include "view/page.h"
+#include "view/thumbnail.h"
 
 #include <inttypes.h>
 #include <stdlib.h>
@@ -294,6 +297,19 @@ static const sample *to_draw(const scene_comparison *c)
     return NULL;
 }
 
+/* Pinch's run as a small drawing, for pages. NULL when memory runs out. */
+static json_t *thumb_document(const film *pictures)
+{
+    char *text = NULL;
+    size_t size;
+    FILE *stream = open_memstream(&text, &size);
+    if (!stream) return NULL;
+    thumbnail_write(pictures, thumbnail_last_touch(pictures), stream);
+    json_t *thumb = fclose(stream) == 0 ? json_string(text) : NULL;
+    free(text);
+    return thumb;
+}
+
 /* The films of Pinch's run, which has the shapes, and of those that are shown beside it. */
 static json_t *films_document(const scene_comparison *c)
 {
@@ -325,6 +341,9 @@ json_t *scene_comparison_document(const scene_comparison *c)
         c->settings->manifolds ? "pinch" : "ode", "points", c->settings->points, "cold_start", c->settings->cold_start,
         "cost_ratio", json_number(cost_ratio(c)), "contact_solvers", short_documents(c), "runs", runs, "samples",
         samples, "convergence", convergence_document(c), "drawing", drawn ? drawing_document(w, drawn) : json_null());
-    if (document && c->settings->films) json_object_set_new(document, "films", films_document(c));
+    if (document && c->settings->films) {
+        json_object_set_new(document, "films", films_document(c));
+        json_object_set_new(document, "thumb", c->runs[0].pictures ? thumb_document(c->runs[0].pictures) : NULL);
+    }
     return document;
 }

@@ -38,7 +38,8 @@ typedef struct scene_comparison {
 } scene_comparison;
 
 /* document.c: the comparison as an entry of the JSON document's "scenes", which assets/schema/pinch-compare-1.json
- * describes, and with settings.films the list "films" of what page_film gives. NULL when memory runs out. */
+ * describes, and with settings.films the list "films" of what page_film gives, and "thumb", Pinch's run as a small SVG
+ * element. NULL when memory runs out. */
 json_t *scene_comparison_document(const scene_comparison *c);
 
 #endif

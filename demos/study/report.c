@@ -34,21 +34,13 @@ static int by_strength(const void *a, const void *b)
     return (x < y) - (x > y);
 }
 
-/* What the verdict is made of predicts it without telling anything. */
-static bool is_verdict(const char *name)
-{
-    static const char *const names[] = {"outcome", "displacement", "rotation"};
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-        if (strcmp(name, names[i]) == 0) return true;
-    return false;
-}
-
 static size_t list_predictors(const report_trials *t, predictor list[REPORT_COLUMNS])
 {
     size_t count = 0;
     for (size_t i = 0; i < t->column_count; i++) {
         const report_column *c = &t->columns[i];
-        if (is_verdict(c->name) || c->label_count > 0) continue;
+        /* what the verdict is made of predicts it without telling anything */
+        if (report_is_verdict(c->name) || c->kind != REPORT_NUMBERS) continue;
         predictor p = {.name = c->name, .before = c->is_input || strncmp(c->name, "grasp.", 6) == 0};
         p.area = area_under_roc(c->values, t->success, t->count);
         p.count = area_interval(c->values, t->success, t->count, p.area, &p.low, &p.high);
@@ -265,13 +257,10 @@ static void write_head(const study *s, const results_counts *n, FILE *stream)
 
 static void write_quantities(const report_trials *t, FILE *stream)
 {
-    fputs("<h2>Success over what varies</h2>\n<div class=\"quantities\">", stream);
-    for (size_t i = 0; i < t->column_count; i++)
-        if (t->columns[i].is_input) report_quantity(t, &t->columns[i], stream);
-    fputs("</div><h2>Success over what was recorded</h2>\n<div class=\"quantities\">", stream);
-    for (size_t i = 0; i < t->column_count; i++)
-        if (!t->columns[i].is_input && !is_verdict(t->columns[i].name)) report_quantity(t, &t->columns[i], stream);
-    fputs("</div>\n", stream);
+    fputs("<h2>Success over what varies</h2>\n", stream);
+    report_quantities(t, true, stream);
+    fputs("<h2>Success over what was recorded</h2>\n", stream);
+    report_quantities(t, false, stream);
 }
 
 bool study_report(results *r, const study *s, const report_settings *settings, FILE *stream, results_error *error)

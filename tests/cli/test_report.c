@@ -285,6 +285,70 @@ static void test_narrow(void **state)
     test_window(browser_narrow);
 }
 
+/* What the map's legend shows, and the cards of all scenes and of the first one. */
+static const char SAID[] =
+    "const signs=s=>all(s).map(e=>e.className).join();await choose(0,false);seen.cells=signs('.map a');"
+    "seen.key=signs('.key b');seen.thumbs=all('.thumb').map(t=>t.querySelectorAll('.object').length>0&&"
+    "t.querySelectorAll('.arrow').length>0).join();"
+    "seen.all=all('.all .answer').map(c=>c.textContent);seen.one=all('.scene .answer').map(c=>c.textContent);"
+    "seen.list=all('.list small').map(e=>e.textContent).join();";
+
+static const char *said(const json_t *seen, const char *key, size_t card)
+{
+    const json_t *value = json_object_get(seen, key);
+    const char *text = json_string_value(json_is_array(value) ? json_array_get(value, card) : value);
+    assert_non_null(text);
+    return text;
+}
+
+static json_t *said_of(const char *name, program_result r)
+{
+    assert_int_equal(r.status, 0);
+    program_free(&r);
+    return browser_seen(folder, name, SAID, browser_laptop);
+}
+
+/* The exact solution knows no joints, so that no step of a scene with a hand is compared: the page says so, and neither
+ * that quickstep is right there nor that Pinch is. */
+#define HAND SCENE("hands/three-finger-lift.json")
+
+static void test_nothing_compared(void **state)
+{
+    (void)state;
+    if (nothing_to_open()) return;
+    json_t *seen =
+        said_of("hand.html", PINCH(folder, "compare", HAND, "--duration", "0.6", "--quiet", "--report", "hand.html"));
+    assert_string_equal(said(seen, "cells", 0), "unknown,unknown,law");
+    assert_string_equal(said(seen, "key", 0), "unknown,law,shown");
+    assert_string_equal(said(seen, "thumbs", 0), "true");
+    assert_string_equal(said(seen, "list", 0), "Pinch: held,quickstep: held, not compared");
+    assert_non_null(strstr(said(seen, "all", 0), "No force was compared with the exact solution."));
+    assert_non_null(strstr(said(seen, "all", 3), "Not compared"));
+    assert_non_null(strstr(said(seen, "all", 3), "not compared with ODE\u2019s friction law, in three-finger-lift."));
+    assert_null(strstr(said(seen, "all", 3), "1 %"));
+    assert_non_null(strstr(said(seen, "one", 0), "No step\u2019s forces were compared with the exact solution."));
+    assert_non_null(strstr(said(seen, "one", 3), "Its forces were not compared with ODE\u2019s friction law."));
+    assert_null(strstr(said(seen, "one", 3), "\u2013"));
+    json_decref(seen);
+}
+
+/* What is said of all scenes is said of those that were compared, and the others are named. */
+static void test_partly_compared(void **state)
+{
+    (void)state;
+    if (nothing_to_open()) return;
+    json_t *seen = said_of("part.html", PINCH(folder, "compare", HAND, COMPARE_SCENE("egg.json"), "--duration", "0.6",
+                                              "--samples", "4", "--quiet", "--report", "part.html"));
+    assert_non_null(strstr(said(seen, "all", 0), "Forces were compared in 1 of 2 scenes. There, Pinch\u2019s forces "
+                                                 "equal the exact solution\u2019s to rounding. No step was compared in "
+                                                 "three-finger-lift."));
+    assert_non_null(strstr(said(seen, "all", 3), "In none of 1 compared"));
+    assert_non_null(strstr(said(seen, "all", 3), "Where it holds and was compared"));
+    assert_non_null(strstr(said(seen, "all", 3), "not compared with ODE\u2019s friction law, in three-finger-lift."));
+    assert_string_equal(said(seen, "thumbs", 0), "true,true");
+    json_decref(seen);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -297,6 +361,8 @@ int main(void)
         cmocka_unit_test(test_beside),
         cmocka_unit_test(test_laptop),
         cmocka_unit_test(test_narrow),
+        cmocka_unit_test(test_nothing_compared),
+        cmocka_unit_test(test_partly_compared),
     };
     return cmocka_run_group_tests_name("the report", tests, make_page, remove_page);
 }

@@ -266,6 +266,54 @@ static void test_left_behind(void **state)
     json_decref(seen);
 }
 
+/* A cube between two point fingers is lifted by `height`. */
+static json_t *lifted(const char *height)
+{
+    char text[1024];
+    snprintf(
+        text, sizeof text,
+        "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"box\", \"size\": [0.04, 0.04, 0.04]}, "
+        "\"mass\": 0.1}, \"fingers\": [{\"point\": [-0.02, 0, 0], \"normal\": [1, 0, 0], \"model\": \"hard\", "
+        "\"stiffness\": {\"normal\": 5000}, \"friction\": 0.8, \"closing\": 0.001}, {\"point\": [0.02, 0, 0], "
+        "\"normal\": [-1, 0, 0], \"model\": \"hard\", \"stiffness\": {\"normal\": 5000}, \"friction\": 0.8, "
+        "\"closing\": "
+        "0.001}], \"schedule\": [{\"time\": 0.1, \"hand\": {\"translation\": [0, 0, 0]}}, {\"time\": 0.4, \"hand\": "
+        "{\"translation\": [0, 0, %s]}}], \"simulation\": {\"duration\": 0.5}}",
+        height);
+    free(program_write_file(folder, "lifted.json", text));
+    program_result r = PINCH(folder, "run", "lifted.json", "--quiet", "--view", "lifted.html");
+    assert_int_equal(r.status, 0);
+    program_free(&r);
+    /* how far the object's corners and the forces come out from the middle, of the way to the picture's edge */
+    return browser_seen(
+        folder, "lifted.html",
+        "const s=viewer.stage,out=v=>{const p=v.project(s.camera);return Math.max(Math.abs(p.x),Math.abs("
+        "p.y));};seen.out=seen.forces=0;seen.follows=+q('.switches label:last-of-type input').checked;"
+        "for(const t of [0,0.25,0.35,0.5]){slide(t);s.draw();const o=s.bodies[s.film.bodyCalled('object')];"
+        "for(const x of [-0.02,0.02])for(const y of [-0.02,0.02])for(const z of [-0.02,0.02])"
+        "seen.out=Math.max(seen.out,out(o.localToWorld(new THREE.Vector3(x,y,z))));"
+        "for(const a of s.arrows.list)if(a.visible)"
+        "seen.forces=Math.max(seen.forces,out(a.position.clone()));}",
+        browser_laptop);
+}
+
+/* A cube that is lifted by one and a half of its radii would be above the picture, which is no larger than the cube. */
+static void test_lifted(void **state)
+{
+    (void)state;
+    if (nothing_to_open()) return;
+    json_t *seen = lifted("0.05");
+    assert_true(seen_number(seen, "follows") == 1);
+    assert_true(seen_number(seen, "out") > 0.5 && seen_number(seen, "out") < 1);
+    assert_true(seen_number(seen, "forces") > 0 && seen_number(seen, "forces") < 1);
+    json_decref(seen);
+    /* where there is room enough the picture stands still */
+    seen = lifted("0.002");
+    assert_true(seen_number(seen, "follows") == 0);
+    assert_true(seen_number(seen, "out") > 0.5 && seen_number(seen, "out") < 1);
+    json_decref(seen);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -278,6 +326,7 @@ int main(void)
         cmocka_unit_test(test_narrow),
         cmocka_unit_test(test_print),
         cmocka_unit_test(test_left_behind),
+        cmocka_unit_test(test_lifted),
     };
     return cmocka_run_group_tests(tests, make_page, remove_page);
 }

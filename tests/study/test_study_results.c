@@ -265,6 +265,77 @@ static void test_report_plays(void **state)
     json_decref(seen);
 }
 
+/* The part of the page from a quantity's name to the end of its drawing. */
+static char *figure_of(const char *page, const char *name)
+{
+    char caption[128];
+    snprintf(caption, sizeof caption, "<figcaption>%s</figcaption>", name);
+    const char *from = strstr(page, caption), *to = from ? strstr(from, "</figure>") : NULL;
+    return to ? strndup(from, (size_t)(to - from)) : NULL;
+}
+
+/* The trials of all dots, as their titles have them. */
+static int trials_of(const char *figure)
+{
+    int sum = 0, succeeded, count;
+    for (const char *c = figure; (c = strstr(c, "<title>")); c++)
+        if (sscanf(c, "<title>%d of %d", &succeeded, &count) == 2) sum += count;
+    return sum;
+}
+
+/* Texts have nothing between them. The most frequent have a dot each, and one dot has all others, so that no trial is
+ * missing. Lists and objects are texts in the results only. */
+static void test_report_texts(void **state)
+{
+    (void)state;
+    if (browser_libraries_are_missing()) skip();
+    json_t *names = json_array(), *places = json_array();
+    for (int i = 0; i < 20; i++) {
+        json_array_append_new(names, json_sprintf("<cup> %d", i));
+        json_array_append_new(places, json_pack("[f, f, f]", 0.0, 0.0, 1e-6 * i));
+    }
+    json_t *document =
+        json_pack("{s:s, s:s, s:{s:i, s:i}, s:[s], s:[{s:s, s:o}, {s:s, s:o}, {s:s, s:[{s:s, s:[f,f,f]}, {s:s, "
+                  "s:[f,f,f]}]}, {s:s, s:[f,f,f]}]}",
+                  "format", "pinch-study/1", "scene", "cube.json", "trials", "samples", 200, "seed", 3, "record",
+                  "object.displacement", "vary", "path", "/object/name", "values", names, "path", "/object/position",
+                  "values", places, "path", "/object/shape", "values", "type", "box", "size", 0.1, 0.1, 0.1, "type",
+                  "box", "size", 0.1, 0.1, 0.11, "path", "/object/mass", "values", 0.3, 0.4, 0.5);
+    assert_non_null(document);
+    char *text = json_dumps(document, 0), path[4096];
+    free(program_write_file(folder, "texts.json", text));
+    free(text);
+    json_decref(document);
+    expect(PINCH(folder, "study", "texts.json", "--out", "texts.sqlite", "--report", "texts.html", "--quiet"), 0);
+    snprintf(path, sizeof path, "%s/texts.html", folder);
+    char *page = program_read_file(path), *figure = figure_of(page, "/object/name");
+    assert_non_null(figure);
+    assert_null(strstr(figure, "between"));
+    assert_non_null(strstr(figure, ": &lt;cup&gt; "));
+    assert_non_null(strstr(figure, ": others</title>"));
+    assert_non_null(strstr(figure, "16: others, 5 different ones ("));
+    assert_int_equal(trials_of(figure), 200);
+    free(figure);
+    /* an object that a study chooses is drawn, and numbers are */
+    figure = figure_of(page, "/object/shape");
+    assert_non_null(figure);
+    assert_null(strstr(figure, "between"));
+    assert_non_null(strstr(figure, "type box"));
+    assert_int_equal(trials_of(figure), 200);
+    free(figure);
+    figure = figure_of(page, "/object/mass");
+    assert_non_null(figure);
+    assert_non_null(strstr(figure, "between 0.5 and 0.5"));
+    assert_int_equal(trials_of(figure), 200);
+    free(figure);
+    /* many lists are not */
+    assert_null(figure_of(page, "/object/position"));
+    assert_null(figure_of(page, "object.displacement"));
+    assert_non_null(strstr(page, "than can be drawn: /object/position.</p>"));
+    assert_non_null(strstr(page, "which are not drawn: object.displacement.</p>"));
+    free(page);
+}
+
 static void test_statistics(void **state)
 {
     (void)state;
@@ -496,11 +567,11 @@ static void test_schema(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_rows), cmocka_unit_test(test_interrupt),    cmocka_unit_test(test_mpi),
-        cmocka_unit_test(test_report),    cmocka_unit_test(test_report_plays), cmocka_unit_test(test_statistics),
-        cmocka_unit_test(test_one_trial), cmocka_unit_test(test_quoted_names), cmocka_unit_test(test_least),
-        cmocka_unit_test(test_errors),    cmocka_unit_test(test_damaged),      cmocka_unit_test(test_full_disk),
-        cmocka_unit_test(test_schema),
+        cmocka_unit_test(test_same_rows),  cmocka_unit_test(test_interrupt),    cmocka_unit_test(test_mpi),
+        cmocka_unit_test(test_report),     cmocka_unit_test(test_report_plays), cmocka_unit_test(test_report_texts),
+        cmocka_unit_test(test_statistics), cmocka_unit_test(test_one_trial),    cmocka_unit_test(test_quoted_names),
+        cmocka_unit_test(test_least),      cmocka_unit_test(test_errors),       cmocka_unit_test(test_damaged),
+        cmocka_unit_test(test_full_disk),  cmocka_unit_test(test_schema),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -1,7 +1,5 @@
 /* The report's page. What it says is made in the browser from the document's numbers (view/page/report.js); here they
-are #define _POSIX_C_SOURCE 200809L
-
- * put together. */
+ * are put together. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "report.h"
@@ -65,6 +63,7 @@ static json_t *part_of(const json_t *object, const char *const *keys)
     return part;
 }
 
+/* The scene at its last sampled step, or where no step was sampled the frame of its film. */
 static json_t *thumbnail(const json_t *of_scene)
 {
     char *text = NULL;
@@ -72,7 +71,7 @@ static json_t *thumbnail(const json_t *of_scene)
     FILE *stream = open_memstream(&text, &size);
     if (!stream) return json_null();
     picture_write_thumbnail(of_scene, stream);
-    json_t *value = fclose(stream) == 0 ? json_string(text) : json_null();
+    json_t *value = fclose(stream) != 0 ? json_null() : json_string(size ? text : access_text(of_scene, "thumb"));
     free(text);
     return value;
 }

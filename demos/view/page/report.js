@@ -12,17 +12,22 @@ const mainRuns = (scene) => [pinchOf(scene), quickOf(scene), worldOf(scene)].fil
 const percent = (x) => (x === null ? "–" : x === 0 ? "0 %" : `${number(100 * x, 2)}\u00a0%`);
 const runName = (run) => (run.contact_solver === "pinch" ? "Pinch" : run.contact_solver === "quickstep"
     ? `quickstep (${run.quickstep_iterations})` : run.run);
+/* Is there a step whose forces were compared with the exact solution? None is of scenes with hands, whose joints the
+ * exact solution does not know, and none without samples. */
+const isCompared = (scene) => pinchOf(scene).metrics.force_error_max !== null;
 const dropTime = (run) => (run.events.find((e) => e.type === "dropped") || {}).time;
 
 /* What the list of scenes says of a verdict. */
-const WORDS = { dropped: "dropped", exact: "exact", close: "within 1\u00a0%", off: "off > 1\u00a0%", unknown: "held", law: "held" };
+const WORDS = { dropped: "dropped", exact: "exact", close: "within 1\u00a0%", off: "off > 1\u00a0%",
+    unknown: "held, not compared", law: "held" };
 
 /* How a run did: whether the object stayed, and how well the solver solved the law that it has. What ODE's law lacks of
- * the scene's is not counted here: it is no error of the solver. */
+ * the scene's is not counted here: it is no error of the solver. Only worldstep, which solves ODE's law directly, has
+ * nothing to be compared with; of other runs without an error nothing is known but that they hold. */
 function verdict(run) {
     if (!held(run)) return ["dropped", "✕", "the object was dropped"];
-    if (run.own_error === null) return run.contact_solver === "pinch" ? ["unknown", "?", "no step was compared"]
-        : ["law", "", "held; ODE’s friction law solved directly"];
+    if (run.contact_solver === "worldstep") return ["law", "", "held; ODE’s friction law solved directly"];
+    if (run.own_error === null) return ["unknown", "?", "held; its forces were not compared"];
     if (run.own_error <= EXACT) return ["exact", "", `held; its friction law solved to ${number(run.own_error, 2)}`];
     if (run.own_error <= CLOSE) return ["close", "", `held; its friction law solved to ${percent(run.own_error)}`];
     return ["off", "~", `held; its friction law missed by up to ${percent(run.own_error)}`];
@@ -48,10 +53,12 @@ function map(scenes) {
             box.append(link);
         });
     });
+    const used = new Set(["shown", ...scenes.flatMap((s) => mainRuns(s).map((run) => verdict(run)[0]))]);
     const key = make("p", { class: "key" }, ...[["exact", "", "held, its friction law solved exactly"],
-        ["close", "", "held, solved to 1 %"], ["off", "~", "held, solved worse than that"], ["dropped", "✕", "dropped"],
+        ["close", "", "held, its friction law solved to 1 %"], ["off", "~", "held, solved worse than to 1 %"],
+        ["dropped", "✕", "dropped"], ["unknown", "?", "held; its forces were not compared"],
         ["law", "", "held; worldstep solves ODE’s friction law directly"], ["shown", "", "shown below"]]
-        .map(([name, sign, text]) => make("span", {}, make("b", { class: name }, sign), text)));
+        .filter(([name]) => used.has(name)).map(([name, sign, text]) => make("span", {}, make("b", { class: name }, sign), text)));
     return [box, key];
 }
 
@@ -62,12 +69,16 @@ function answerCards(list) {
         make("h2", {}, question), make("p", { class: "short" }, short), make("p", { class: "long" }, ...[long].flat())));
 }
 
-/* How the forces of Pinch compare with the exact solution of the same contacts. */
+/* How the forces of Pinch compare with the exact solution of the same contacts, in the scenes that were compared. */
 function exactness(scenes) {
-    const errors = scenes.map((s) => pinchOf(s).metrics.force_error_max).filter((x) => x !== null), worst = Math.max(...errors);
-    const said = !errors.length ? "No force was compared with the exact solution."
-        : worst <= EXACT ? "Pinch’s forces equal the exact solution’s to rounding." : `Pinch’s forces differ from the exact solution’s by up to ${percent(worst)}.`;
-    return said + (scenes.every((s) => pinchOf(s).metrics.verified) ? "" : " Not every step is verified.");
+    const compared = scenes.filter(isCompared), rest = scenes.filter((s) => !isCompared(s));
+    const worst = Math.max(...compared.map((s) => pinchOf(s).metrics.force_error_max));
+    const where = rest.length ? `Forces were compared in ${compared.length} of ${scenes.length} scenes. There, ` : "";
+    const said = !compared.length ? ["No force was compared with the exact solution."]
+        : [where, worst <= EXACT ? "Pinch’s forces equal the exact solution’s to rounding."
+            : `Pinch’s forces differ from the exact solution’s by up to ${percent(worst)}.`,
+        ...(rest.length ? [" No step was compared in ", ...sceneLinks(rest), "."] : [])];
+    return [...said, scenes.every((s) => pinchOf(s).metrics.verified) ? "" : " Not every step is verified."];
 }
 
 /* The most names that a card lists: those of the shipped scenes that differ, in four lines of a telephone. */
@@ -85,7 +96,7 @@ const fingerName = (finger) => make("b", {}, `‘${finger.name}’`);
 function holdAnswer(scenes) {
     const lost = scenes.filter((s) => !held(pinchOf(s)));
     return ["Does it hold?", `${scenes.length - lost.length} of ${scenes.length} with Pinch`,
-        [...(lost.length ? ["It drops ", ...sceneLinks(lost), ". "] : ["Every object is held to the end. "]), exactness(scenes)],
+        [...(lost.length ? ["It drops ", ...sceneLinks(lost), ". "] : ["Every object is held to the end. "]), ...exactness(scenes)],
         lost.length ? "bad" : "good"];
 }
 
@@ -108,12 +119,17 @@ function forceAnswer(scenes) {
 }
 
 function quickAnswer(scenes) {
-    const lost = scenes.filter((s) => !held(quickOf(s))), off = scenes.filter((s) => held(quickOf(s)) && quickOf(s).own_error > CLOSE);
+    const lost = scenes.filter((s) => !held(quickOf(s))), kept = scenes.filter((s) => held(quickOf(s)));
+    const unknown = kept.filter((s) => quickOf(s).own_error === null), off = kept.filter((s) => quickOf(s).own_error > CLOSE);
+    const known = scenes.length - unknown.length, close = kept.length - unknown.length - off.length;
     const short = lost.length ? `Drops ${lost.length}${off.length ? `, errs in ${off.length} more` : ""}`
-        : off.length ? `Errs in ${off.length} of ${scenes.length}` : "Nowhere by 1 %";
+        : off.length ? `Errs in ${off.length} of ${known}${unknown.length ? " compared" : ""}`
+            : !close ? "Not compared" : unknown.length ? `In none of ${known} compared` : "Nowhere by 1 %";
     return ["Where is quickstep wrong?", short, [...(lost.length ? ["It drops the object in ", ...sceneLinks(lost), ". "] : []),
-        ...(off.length ? ["It holds, with forces that miss ODE’s friction law by more than 1 %, in ", ...sceneLinks(off), "."]
-            : ["Where it holds, its forces meet ODE’s friction law to 1 %."])], lost.length ? "bad" : ""];
+        ...(off.length ? ["It holds, with forces that miss ODE’s friction law by more than 1 %, in ", ...sceneLinks(off), ". "]
+            : close ? [`Where it holds${unknown.length ? " and was compared" : ""}, its forces meet ODE’s friction law to 1 %. `] : []),
+        ...(unknown.length ? ["It holds, and its forces were not compared with ODE’s friction law, in ", ...sceneLinks(unknown), "."] : [])],
+    lost.length ? "bad" : ""];
 }
 
 function costAnswer(scenes) {
@@ -140,7 +156,9 @@ function sceneAnswers(scene) {
     const slip = firstSlip(scene);
     const near = fingers.filter((f) => f.least_margin !== null).sort((a, b) => a.least_margin - b.least_margin)[0];
     const peak = [...fingers].sort((a, b) => b.peak_force - a.peak_force)[0];
-    const list = [held(pinch) ? ["Does it hold?", "Yes", `In the second half of the run it creeps ${inUnit(pinch.metrics.creep_in_hand)}/s.`, "good"]
+    const list = [held(pinch) ? ["Does it hold?", "Yes", [
+        pinch.metrics.creep_in_hand === null ? "" : `In the second half of the run it creeps ${inUnit(pinch.metrics.creep_in_hand)}/s. `,
+        isCompared(scene) ? "" : "No step’s forces were compared with the exact solution."], "good"]
         : ["Does it hold?", "No", `Dropped at ${number(dropTime(pinch), 3)} s.`, "bad"],
     slip ? ["Who slips first?", `Finger ‘${slip.name}’`, `All of its contact slips for the first time in Pinch’s run at ${number(slip.first_slip, 3)} s.`]
         : ["Who slips first?", "None", near ? `Finger ‘${near.name}’ comes nearest in Pinch’s run: its least margin is ${percent(near.least_margin)} of the friction that it could bear.` : ""],
@@ -149,7 +167,9 @@ function sceneAnswers(scene) {
     const creep = quick.metrics.creep_in_hand, lost = !held(quick) && held(pinch);
     list.push(["Where is quickstep wrong?", lost ? "It drops the object" : `${inUnit(quick.metrics.divergence_end)} off at the end`,
         `${lost ? `At ${number(dropTime(quick), 3)} s. ` : `The object ends so far from where Pinch’s run has it. ${creep > 1e-9 && creep > 10 * pinch.metrics.creep_in_hand ? `It creeps ${inUnit(creep)}/s. ` : ""}`}`
-        + `Its forces miss ODE’s friction law by up to ${percent(quick.own_error)}; ODE’s law differs from the scene’s by up to ${percent(quick.model_difference)}.`,
+        + (quick.own_error === null ? "Its forces were not compared with ODE’s friction law."
+            : `Its forces miss ODE’s friction law by up to ${percent(quick.own_error)}`
+                + (quick.model_difference === null ? "." : `; ODE’s law differs from the scene’s by up to ${percent(quick.model_difference)}.`)),
         lost ? "bad" : ""]);
     list.push(["What did it cost?", `${number(pinch.metrics.cost, 3)} µs a step`,
         `This is Pinch’s; quickstep’s takes ${number(quick.metrics.cost, 3)} µs. Pinch costs ${number(pinch.metrics.cost / quick.metrics.cost, 2)} times as much.`]);

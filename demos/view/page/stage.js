@@ -136,12 +136,14 @@ class Stage {
             size = Math.max(size, Math.min(away + this.geometries[b.mesh].boundingSphere.radius, 2.2 * film.radius));
         });
         const flat = film.up === "y", direction = flat ? [0.25, 0.2, 1] : [0.75, -1, 0.5];
-        this.size = size;
+        /* a sphere of this size touches the picture's edges, and the object is as large or smaller */
+        const shown = 0.98 * size;
+        this.room = Math.max(0.1 * film.radius, shown - film.radius);
         this.camera.up.set(0, flat ? 1 : 0, flat ? 0 : 1);
         this.camera.near = 0.01 * size;
         this.camera.far = 400 * size;
         this.controls.target.set(centre[0], centre[1], centre[2]);
-        const distance = 0.98 * size / Math.sin(Math.PI / 180 * this.camera.fov / 2);
+        const distance = shown / Math.sin(Math.PI / 180 * this.camera.fov / 2);
         this.camera.position.set(...direction).setLength(distance).add(this.controls.target);
         this.camera.updateProjectionMatrix();
         this.followed = this.controls.target.clone();

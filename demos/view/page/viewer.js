@@ -53,11 +53,11 @@ class Viewer {
         return Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
     }
 
-    /* Does the object leave the place at which it is seen first? */
+    /* Would the object leave the first view? How much room there is around it depends on its fingers. */
     carried() {
         const object = this.film.bodyCalled("object");
-        for (let k = 0; k < this.film.frames; k++)
-            if (this.film.motion(object, k).moved > 1.5 * this.film.radius) return true;
+        for (let k = 0; this.stage && k < this.film.frames; k++)
+            if (this.film.motion(object, k).moved > this.stage.room) return true;
         return false;
     }
 
