@@ -135,15 +135,6 @@ static void make_joint(world *w, world_joint *j, const hand_pose *frame)
 }
 
 /* Makes the joints and their bodies where all joints are at their zeros, and then takes them to the start. */
-char *world_name_of_hand(const world *w, const world_hand *h, const char *name)
-{
-    const char *prefix = w->scene->hand_count > 1 ? h->hand->name : "", *slash = *prefix ? "/" : "";
-    size_t size = strlen(prefix) + strlen(slash) + strlen(name) + 1;
-    char *whole = malloc(size);
-    if (whole) (void)snprintf(whole, size, "%s%s%s", prefix, slash, name);
-    return whole;
-}
-
 static world_status add_joints(world *w, world_hand *h, hand_frames *f)
 {
     const hand *model = h->hand->model;

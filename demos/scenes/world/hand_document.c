@@ -1,10 +1,21 @@
-/* What hands do, as JSON. */
+/* What parts of hands are called, and what they do, as JSON. */
 #include "world_hand.h"
 
 #include "common/output.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+
+char *world_name_of_hand(const world *w, const world_hand *h, const char *name)
+{
+    const char *prefix = w->scene->hand_count > 1 ? h->hand->name : "", *slash = *prefix ? "/" : "";
+    size_t size = strlen(prefix) + strlen(slash) + strlen(name) + 1;
+    char *whole = malloc(size);
+    if (whole) (void)snprintf(whole, size, "%s%s%s", prefix, slash, name);
+    return whole;
+}
 
 json_t *world_joint_documents(const world *w)
 {

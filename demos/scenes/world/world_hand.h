@@ -87,10 +87,9 @@ void world_put_hand_bases(world *w, double t1);
 /* Reads what the joints do at the end of a step. */
 void world_read_joints(world *w);
 
-/* hand_build.c: the name in the scene of what a hand calls so, see world_joint; NULL when memory runs out. */
+/* hand_document.c: the name in the scene of what a hand calls so, see world_joint; NULL when memory runs out. */
 char *world_name_of_hand(const world *w, const world_hand *hand, const char *name);
-
-/* hand_document.c: what joints and ties do. */
+/* What joints and ties do. */
 json_t *world_joint_documents(const world *w);
 json_t *world_tie_documents(const world *w);
 
