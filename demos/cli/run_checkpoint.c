@@ -68,8 +68,16 @@ void run_checkpoint_free(run_checkpoint *c)
     c->from = NULL;
 }
 
+static command_status no_memory(void)
+{
+    command_error("run", "out of memory");
+    return COMMAND_SYSTEM;
+}
+
 command_status run_checkpoint_resume(const run_checkpoint *c, simulation *s)
 {
+    bool writes = c->path != NULL;
+    if ((writes || c->from) && !simulation_know_origin(s)) return no_memory();
     if (!c->from) return COMMAND_DONE;
     switch (simulation_resume(s, (const unsigned char *)c->from, c->from_size)) {
     case CHECKPOINT_FINE:
@@ -81,8 +89,7 @@ command_status run_checkpoint_resume(const run_checkpoint *c, simulation *s)
     case CHECKPOINT_DAMAGED:
         return refuse(c, "expected a whole checkpoint that this version of pinch run has written");
     default:
-        command_error("run", "out of memory");
-        return COMMAND_SYSTEM;
+        return no_memory();
     }
 }
 

@@ -208,8 +208,6 @@ static void test_csv(void **state)
     program_remove_folder(folder);
 }
 
-/* A place that cannot be written: status 3, no document; a full device is left where it is. (Reached through a link, so
- * that a mistake would remove the link alone.) */
 /* With several hands every joint says whose it is, wherever it is named. */
 static void test_joints_of_two_hands(void **state)
 {
@@ -280,6 +278,8 @@ static void test_odd_facets(void **state)
     }
 }
 
+/* A place that cannot be written: status 3, no document; a full device is left where it is. (Reached through a link, so
+ * that a mistake would remove the link alone.) */
 static void test_csv_that_cannot_be_written(void **state)
 {
     (void)state;

@@ -229,7 +229,6 @@ static void test_breaks_away_at_the_torsional_limit(void **state)
     }
 }
 
-/* Below the limit it turns by torque / (sum of ktau), and back when the torque goes. */
 /* Two fingertips that turn against each other by 0.5 rad about their normals, and stop, slip by what their elasticity
  * leaves of that, 0.5 - mu_t N / k_t, and no further. The object stands all the time. */
 static void test_slip_ends_with_the_motion(void **state)
@@ -260,6 +259,7 @@ static void test_slip_ends_with_the_motion(void **state)
     scene_free(s);
 }
 
+/* Below the limit it turns by torque / (sum of ktau), and back when the torque goes. */
 static void test_twists_elastically_and_comes_back(void **state)
 {
     (void)state;

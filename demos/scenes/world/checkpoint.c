@@ -136,7 +136,7 @@ static bool hash_file(void *context, const char *path)
 }
 
 /* Returns a hash of scene, files, settings and bodies; 0 when memory runs out. */
-static uint64_t compute_fingerprint(const world *w)
+static uint64_t fingerprint(const world *w)
 {
     char *text = NULL;
     size_t size = 0;
@@ -153,11 +153,10 @@ static uint64_t compute_fingerprint(const world *w)
     return hash ? hash : 1;
 }
 
-/* The same of a run, whose checkpoints all have the one of its first. */
-static uint64_t fingerprint(simulation *s)
+bool simulation_know_origin(simulation *s)
 {
-    if (s->fingerprint == 0) s->fingerprint = compute_fingerprint(s->w);
-    return s->fingerprint;
+    if (s->fingerprint == 0) s->fingerprint = fingerprint(s->w);
+    return s->fingerprint != 0;
 }
 
 /* ---- The parts of ODE's world ---- */
@@ -369,8 +368,9 @@ bool simulation_checkpoint(simulation *s, unsigned char **bytes, size_t *size)
     part_lists lists;
     char format[sizeof FORMAT];
     tape t = tape_write();
-    uint64_t of = fingerprint(s);
-    if (of == 0 || !list_parts(s->w, &lists)) return false;
+    if (!simulation_know_origin(s)) return false;
+    uint64_t of = s->fingerprint;
+    if (!list_parts(s->w, &lists)) return false;
     memcpy(format, FORMAT, sizeof format);
     TAPE(&t, format);
     TAPE(&t, of);
@@ -406,7 +406,7 @@ static checkpoint_status read_snapshot(tape *t, world *w)
 
 checkpoint_status simulation_resume(simulation *s, const unsigned char *bytes, size_t size)
 {
-    uint64_t sum, of, own;
+    uint64_t sum, of;
     char format[sizeof FORMAT];
     if (size < sizeof format + 2 * sizeof sum) return CHECKPOINT_DAMAGED;
     memcpy(&sum, bytes + size - sizeof sum, sizeof sum);
@@ -415,9 +415,8 @@ checkpoint_status simulation_resume(simulation *s, const unsigned char *bytes, s
     if (memcmp(format, FORMAT, sizeof format) != 0 || tape_hash(0, bytes, size - sizeof sum) != sum)
         return CHECKPOINT_DAMAGED;
     TAPE(&t, of);
-    own = fingerprint(s);
-    if (own == 0) return CHECKPOINT_NO_MEMORY;
-    if (of != own) return CHECKPOINT_FOREIGN;
+    if (!simulation_know_origin(s)) return CHECKPOINT_NO_MEMORY;
+    if (of != s->fingerprint) return CHECKPOINT_FOREIGN;
     tape_counts(&t, s->w);
     if (t.damaged) return CHECKPOINT_DAMAGED;
     tape_world(&t, s->w);

@@ -76,8 +76,11 @@ void simulation_free(simulation_result *result);
 /*
  * checkpoint.c: a run as bytes, from which it goes on to the same bits, in another process too. Only of WORLD_PINCH.
  *
- * simulation_checkpoint makes them; the caller frees *bytes. Returns false when memory runs out.
+ * simulation_know_origin reads what the run is made from: the scene and the files that it names, which may change while
+ * it runs: where there will be checkpoints, it is to be called before the first step.
+ * simulation_checkpoint makes the bytes; the caller frees *bytes. Both return false when memory runs out.
  */
+bool simulation_know_origin(simulation *s);
 bool simulation_checkpoint(simulation *s, unsigned char **bytes, size_t *size);
 
 typedef enum checkpoint_status {

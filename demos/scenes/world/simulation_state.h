@@ -16,7 +16,7 @@ typedef struct track {
 struct simulation {
     world *w;
     long steps;              /* of the whole run */
-    uint64_t fingerprint;    /* of what it is made from, see checkpoint.c; 0: not known yet */
+    uint64_t fingerprint;    /* of what it is made from, see simulation_know_origin; 0: not known */
     track *track;            /* per object */
     bool *crushed, *slipped; /* per finger: has the event been reported? */
     bool **away, **limited;  /* per hand and joint: has it been away from its limits, has the event been reported? */
