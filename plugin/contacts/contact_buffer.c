@@ -212,16 +212,6 @@ static bool geoms_stay(pinch_contact_store *store, const pinch_pair *pair, long 
     return pinch_geom_stays(store, pair->geom[1], now) && first;
 }
 
-/* Finds out which of a pair's sides were moved by their poses alone. Fingertips give way as their materials say. */
-static void see_set_poses(pinch_contact_store *store, pinch_pair *pair, const incoming_contact *c, long now)
-{
-    for (int side = 0; side < 2; side++) {
-        int of = side ^ (int)c->swapped;
-        bool stands = !pair->has_material && !c->moves[of] && (!c->body[of] || pinch_body_stands(c->body[of]));
-        pair->is_set[side] = stands && pinch_geom_was_moved(store, pair->geom[side], now);
-    }
-}
-
 /* Begins with the pair's first contact in this step. */
 static void begin_pair(pinch_contact_store *store, pinch_pair *pair, const incoming_contact *c, long now)
 {
@@ -235,7 +225,6 @@ static void begin_pair(pinch_contact_store *store, pinch_pair *pair, const incom
     bool was_led = pair->is_led;
     pair->is_led = is_prescribed(c->body[0], c->moves[0]) || is_prescribed(c->body[1], c->moves[1]);
     pair->unchanged = !pair->is_led && !was_led && (!store->laws_follow_poses || geoms_stay(store, pair, now));
-    see_set_poses(store, pair, c, now);
     for (int side = 0; side < 2; side++) /* a body that has become kinematic, or dynamic */
         if (c->moves[side] != (pair->step_body[side ^ (int)c->swapped] >= 0)) store->same_bodies = false;
 }

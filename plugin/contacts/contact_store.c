@@ -1,7 +1,5 @@
 #include "contacts/contact_store.h"
 
-#include "support/vec3.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -137,46 +135,20 @@ pinch_pose pinch_side_pose(dGeomID geom, dBodyID body)
     return pose;
 }
 
-/* Returns what is seen of a side's pose in this step; NULL when memory runs out. */
-static const pinch_seen_pose *see_pose(pinch_contact_store *store, int record, long now)
+bool pinch_geom_stays(pinch_contact_store *store, int record, long now)
 {
-    if (!PINCH_RESERVE(store->seen_poses, store->geoms.count)) return NULL;
+    if (!PINCH_RESERVE(store->seen_poses, store->geoms.count)) return false;
     while (store->seen_poses.count < store->geoms.count) store->seen_poses.items[store->seen_poses.count++].step = -1;
     pinch_seen_pose *seen = &store->seen_poses.items[record];
-    if (seen->step == now) return seen;
+    if (seen->step == now) return seen->stays;
     pinch_pose pose = pinch_side_pose(store->geoms.items[record].geom, store->geoms.items[record].body);
     double values[12];
     memcpy(values, pose.position, 3 * sizeof *values);
     for (int row = 0; row < 3; row++) memcpy(values + 3 + 3 * row, pose.rotation + 4 * row, 3 * sizeof *values);
-    bool before = seen->step >= 0 && seen->step == now - 1;
-    seen->stays = before && memcmp(values, seen->pose, sizeof values) == 0;
-    seen->moved = before && !seen->stays;
-    if (seen->moved) memcpy(seen->before, seen->pose, sizeof values);
+    seen->stays = seen->step >= 0 && seen->step == now - 1 && memcmp(values, seen->pose, sizeof values) == 0;
     memcpy(seen->pose, values, sizeof values);
     seen->step = now;
-    return seen;
-}
-
-bool pinch_geom_stays(pinch_contact_store *store, int record, long now)
-{
-    const pinch_seen_pose *seen = see_pose(store, record, now);
-    return seen && seen->stays;
-}
-
-bool pinch_geom_was_moved(pinch_contact_store *store, int record, long now)
-{
-    const pinch_seen_pose *seen = see_pose(store, record, now);
-    return seen && seen->moved;
-}
-
-void pinch_way_of_geom(const pinch_contact_store *store, int record, const double place[3], double way[3])
-{
-    const pinch_seen_pose *seen = &store->seen_poses.items[record];
-    double arm[3], own[3];
-    pinch_v3_sub(place, seen->pose, arm);
-    for (int i = 0; i < 3; i++) /* R^T arm */
-        own[i] = seen->pose[3 + i] * arm[0] + seen->pose[6 + i] * arm[1] + seen->pose[9 + i] * arm[2];
-    for (int i = 0; i < 3; i++) way[i] = place[i] - (seen->before[i] + pinch_v3_dot(seen->before + 3 + 3 * i, own));
+    return seen->stays;
 }
 
 /*

@@ -42,14 +42,22 @@ typedef struct pinch_kept_surface {
     pinch_surface surface;
 } pinch_kept_surface;
 
-/* Where a geom was: one on which contact laws depend, or that may be moved by its pose alone. */
+/* Where a geom was, for contact laws that depend on its pose. */
 typedef struct pinch_seen_pose {
-    double pose[12];   /* position and rotation (rows) in the last step in which it had a contact */
-    double before[12]; /* in the step before, where it was seen then */
-    long step;         /* that step; -1: never */
-    bool stays;        /* it had the same pose, to the bit, in the step before */
-    bool moved;        /* it had another pose in the step before */
+    double pose[12]; /* position and rotation (rows) in the last step in which it had a contact */
+    long step;       /* that step */
+    bool stays;      /* it had the same pose, to the bit, in the step before */
 } pinch_seen_pose;
+
+/* What leads a pair into each other beside its bodies' velocities. */
+typedef struct pinch_led_pair {
+    long seen_step;    /* the last in which it was solved */
+    double seen_depth; /* of its deepest point then, m */
+    double way;        /* m, > 0: by which it last came in deeper than velocities explain; 0: never */
+    long way_step;     /* the step in which that was */
+    long steps;        /* from the way before to that one; 0: there was none, or long before */
+    double speed;      /* m/s, >= 0: of both ways, for as many steps more; 0: it is not led */
+} pinch_led_pair;
 
 /* A pair of geoms in contact, or of what stands for them. geom[0] has the smaller record index. */
 typedef struct pinch_pair {
@@ -62,7 +70,6 @@ typedef struct pinch_pair {
     int step_body[2];  /* its bodies in this step, -1: does not move by itself */
     bool unchanged;    /* its contacts are those of the last step, to the bit, and nothing moves them, or did so then */
     bool is_led;       /* a body of it moves as its owner prescribes */
-    bool is_set[2];    /* what does not move by itself has another pose than in the last step, though no velocity */
     bool has_material; /* otherwise its points have surface parameters of their own */
     int geom[2];       /* records */
     pinch_manifold manifold;
@@ -73,6 +80,7 @@ typedef struct pinch_pair {
     int first_in_island;   /* of its points among its island's contacts */
     double came_in; /* how deep its bodies have come into each other by their own motion within a step, m; no more than
                      * they are now */
+    pinch_led_pair led;             /* where its points have laws of their own */
     double turned[3];               /* rad: how far body 0 turned against body 1 in the last step */
     double slip_total, twist_total; /* m, rad: paths slipped and twisted since its points began to press */
 } pinch_pair;
@@ -168,9 +176,6 @@ pinch_pose pinch_side_pose(dGeomID geom, dBodyID body);
 /* Tells whether a side has the pose, to the bit, that it had when last asked for, in step `now` - 1. Only one thread
  * at a time may call this. */
 bool pinch_geom_stays(pinch_contact_store *store, int record, long now);
-/* Tells whether it has another one. It then came to where it is, at `place`, by this way (m), in the step before. */
-bool pinch_geom_was_moved(pinch_contact_store *store, int record, long now);
-void pinch_way_of_geom(const pinch_contact_store *store, int record, const double place[3], double way[3]);
 
 /* Returns the index of surface parameters, where `guess` is an index to try first; -1 when memory runs out. Indices
  * that are kept elsewhere than in buffered contacts and own laws do not outlive the call. */

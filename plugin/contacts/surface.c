@@ -26,10 +26,13 @@ static const double UNLIMITED = 10;
  * faster than takes them out against gravity: the shorter the step, the higher they would hop. Contacts that are soft
  * by their own parameters (their compliance is no small part of what inertia gives them in a step) are meant to be
  * deep. So deep as bodies have come by their own motion within a step, they may come out at ODE's pace: it is erp times
- * the speed that they came with, and no energy is gained. And no geom whose pose is set, step by step, goes through a
- * body, as the contact comes apart at its speed at least.
+ * the speed that they came with, and no energy is gained. And what is led into a body step by step, without a velocity,
+ * as a geom whose pose is set, does not go through it: where that is faster than half the pace of deep bodies, the
+ * contact comes apart as fast at least.
+ *
+ * Where weight is small, the part of the size takes UNHURRIED seconds. Without weight there is no height to hop to.
  */
-static const double DEEP = 0.02, STIFF = 0.01;
+static const double DEEP = 0.02, STIFF = 0.01, UNHURRIED = 0.05, SLOWLY_LED = 0.5;
 
 static double not_negative(double value)
 {
@@ -143,12 +146,14 @@ static double target_velocity(const pinch_surface *s, dWorldID world, double pus
 }
 
 /* Returns the depth (m) at the pace of which bodies that are so deep in each other come apart. */
-static double deepest_in(const pinch_step_context *context, const pinch_surface_conditions *conditions, double erp,
+static double deepest_in(const pinch_step_context *context, pinch_surface_conditions *conditions, double erp,
                          double depth)
 {
-    double h = context->h, g = pinch_v3_norm(context->gravity), most = DEEP * conditions->size;
-    if (g > 0) most = fmin(most, h / erp * sqrt(2 * g * depth));
-    return fmax(fmax(most, conditions->came_in), h / erp * conditions->led);
+    double limit = DEEP * conditions->size, pace = context->h / erp;
+    double g = pinch_v3_norm(context->gravity), most = limit;
+    if (g > 0) most = fmin(limit, pace * fmax(sqrt(2 * g * depth), limit / UNHURRIED));
+    if (!(pace * conditions->led > SLOWLY_LED * most)) conditions->led = 0;
+    return fmax(fmax(most, conditions->came_in), pace * conditions->led);
 }
 
 static void set_limit(const pinch_surface *s, const pinch_surface_conditions *conditions, int i, double *coefficient,
@@ -185,7 +190,7 @@ static void set_tangent(const double *tangent1, pinch_contact *c)
 }
 
 double pinch_surface_apply(const pinch_step_context *context, const pinch_surface *s,
-                           const pinch_surface_conditions *conditions, pinch_contact *c)
+                           pinch_surface_conditions *conditions, pinch_contact *c)
 {
     dWorldID world = context->world;
     double h = context->h;
@@ -207,6 +212,8 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
     double pressed_in = c->depth, push_out = erp * c->depth / h;
     if (cfm < STIFF * h * conditions->mobility && pressed_in > conditions->came_in)
         pressed_in = fmin(pressed_in, deepest_in(context, conditions, erp, pressed_in));
+    else
+        conditions->led = 0;
     double rebound, target = target_velocity(s, world, erp * pressed_in / h, conditions->approach, &rebound);
     c->surface_velocity[0] -= target - push_out;
     c->surface_velocity[1] -= s->motion[1];

@@ -23,7 +23,8 @@ typedef struct pinch_surface_conditions {
     double stands_for;      /* how many such contacts the contact stands for */
     double approach;        /* velocity along the normal now, m/s, negative when approaching */
     double came_in;         /* how deep the bodies have come in by their own motion within a step, m */
-    double led;             /* at which a geom whose pose is set comes on along the normal, m/s, >= 0 */
+    double led;             /* at which the bodies are led into each other without a velocity, m/s, >= 0; out: 0 where
+                             * the overlap that this makes is parted at its own pace soon enough */
     bool pressed;           /* the contact had a normal force in the last step */
 } pinch_surface_conditions;
 
@@ -43,6 +44,6 @@ void pinch_surface_tangent(const double *normal, double *tangent);
 /* Fills in frame, stiffness, damping, friction and target velocities of a contact whose position, normal and depth are
  * known. Returns how much of the target velocity along the normal is a bounce (m/s). */
 double pinch_surface_apply(const pinch_step_context *context, const pinch_surface *surface,
-                           const pinch_surface_conditions *conditions, pinch_contact *contact);
+                           pinch_surface_conditions *conditions, pinch_contact *contact);
 
 #endif

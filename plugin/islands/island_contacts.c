@@ -113,18 +113,49 @@ static void apply_material(const pair_law *law, bool slipping, pinch_contact *c)
     c->max_force = share * material->max_force;
 }
 
-/* Returns the speed (m/s) along the normal at which geoms that were moved by their poses alone come on. */
-static double led_speed(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
-                        const pinch_manifold_point *point, const double *normal)
+/* Returns the velocity (m/s) at which a pair's bodies part at a point, as they move now. */
+static double parting_velocity(const pinch_pair *pair, const double *position, const double *normal)
 {
-    double apart = 0;
+    double linear[3] = {0, 0, 0};
     for (int side = 0; side < 2; side++) {
-        double way[3];
-        if (!pair->is_set[side]) continue;
-        pinch_way_of_geom(store, pair->geom[side], point->position, way);
-        apart += (side ? -1 : 1) * pinch_v3_dot(way, normal);
+        dVector3 velocity;
+        if (!pair->body[side]) continue;
+        dBodyGetPointVel(pair->body[side], position[0], position[1], position[2], velocity);
+        pinch_v3_add_scaled(linear, side ? -1 : 1, velocity);
     }
-    return apart < 0 ? -apart / context->h : 0;
+    return pinch_v3_dot(linear, normal);
+}
+
+/*
+ * Finds the speed at which a pair comes in without a velocity. A program may set the pose of a geom or of a body in
+ * each step, or in every tenth, or change a shape: the overlap then grows by more than the velocities explain with
+ * which the bodies have moved. What happens once, as where a body is set down in another one, is no motion.
+ */
+static void see_what_leads(const pinch_step_context *context, pinch_pair *pair, double size)
+{
+    static const double LEAST_WAY = 1e-4; /* of the size: turning bodies and rounding lead by less */
+    enum { MOST_STEPS = 32 };             /* from one way to the next */
+    const pinch_manifold_point *deepest = &pair->manifold.point[0];
+    pinch_led_pair *led = &pair->led;
+    if (led->seen_step == context->number) return;
+    for (int k = 1; k < pair->manifold.count; k++)
+        if (pair->manifold.point[k].depth > deepest->depth) deepest = &pair->manifold.point[k];
+    double way = 0;
+    if (pair->buffered_before > 0 && deepest->depth > LEAST_WAY * size)
+        way =
+            deepest->depth - led->seen_depth + context->h * parting_velocity(pair, deepest->position, deepest->normal);
+    long steps = context->number - led->way_step;
+    if (way > LEAST_WAY * size) {
+        bool again = led->way > 0 && steps > 0 && steps <= MOST_STEPS;
+        led->speed = again ? fmin(way, led->way) / ((double)steps * context->h) : 0;
+        led->steps = again ? steps : 0;
+        led->way = way;
+        led->way_step = context->number;
+    } else if (steps > led->steps) {
+        led->speed = 0;
+    }
+    led->seen_step = context->number;
+    led->seen_depth = deepest->depth;
 }
 
 /* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. Returns
@@ -132,17 +163,8 @@ static double led_speed(const pinch_step_context *context, const pinch_contact_s
 static double apply_surface(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
                             const pair_law *law, const pinch_manifold_point *point, pinch_contact *c)
 {
-    double linear[3] = {0, 0, 0};
-    for (int side = 0; side < 2; side++) {
-        dBodyID b = pair->body[side];
-        dVector3 velocity;
-        if (!b) continue;
-        dBodyGetPointVel(b, point->position[0], point->position[1], point->position[2], velocity);
-        pinch_v3_add_scaled(linear, side ? -1 : 1, velocity);
-    }
     pinch_own_law *own = point->own;
-    double approach = pinch_v3_dot(linear, c->normal);
-    own->led = led_speed(context, store, pair, point, c->normal);
+    double approach = parting_velocity(pair, point->position, c->normal);
     pinch_surface_conditions conditions = {
         .tangent1 = own->tangent1,
         .mobility = law->mobility,
@@ -150,11 +172,12 @@ static double apply_surface(const pinch_step_context *context, const pinch_conta
         .stands_for = own->stands_for,
         .approach = approach,
         .came_in = fmin(c->depth, fmax(pair->came_in, -context->h * approach)),
-        .led = own->led,
+        .led = pair->led.speed,
         .pressed = point->normal_force > 0,
     };
     c->max_force = INFINITY;
     own->rebound = pinch_surface_apply(context, &store->surfaces.items[own->surface].surface, &conditions, c);
+    own->led = conditions.led;
     pinch_v3_copy(c->compliance, own->compliance);
     c->floor = own->floor;
     c->hold = own->hold;
@@ -241,6 +264,7 @@ static void fill_pairs(void *argument, int first, int end)
         pinch_prefetch_island_pairs(contacts, pairs, i, PINCH_READS_OWN_LAWS);
         pinch_material own;
         pair_law law = law_of_pair(contacts, pair, &own);
+        if (!pair->has_material) see_what_leads(context, pair, law.size);
         for (int k = 0; k < pair->manifold.count; k++)
             fill_contact(context, contacts, bodies, pair, &law, &pair->manifold.point[k],
                          &filled[pair->first_in_island + k]);

@@ -57,8 +57,6 @@ static void archive_geoms(pinch_archive *a, pinch_contact_store *store)
         if (seen->step < 0) continue; /* not seen yet */
         PINCH_ARCHIVE(a, seen->pose);
         pinch_archive_flag(a, &seen->stays);
-        pinch_archive_flag(a, &seen->moved);
-        if (seen->moved) PINCH_ARCHIVE(a, seen->before);
     }
     if (store->seen_poses.count > store->geoms.count) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
 }
@@ -177,6 +175,12 @@ static void archive_pair(pinch_archive *a, pinch_contact_store *store, pinch_pai
     pinch_archive_flag(a, &pair->has_material);
     pinch_archive_flag(a, &pair->is_led);
     PINCH_ARCHIVE(a, pair->came_in);
+    PINCH_ARCHIVE(a, pair->led.seen_step);
+    PINCH_ARCHIVE(a, pair->led.seen_depth);
+    PINCH_ARCHIVE(a, pair->led.way);
+    PINCH_ARCHIVE(a, pair->led.way_step);
+    PINCH_ARCHIVE(a, pair->led.steps);
+    PINCH_ARCHIVE(a, pair->led.speed);
     PINCH_ARCHIVE(a, pair->turned);
     PINCH_ARCHIVE(a, pair->slip_total);
     PINCH_ARCHIVE(a, pair->twist_total);

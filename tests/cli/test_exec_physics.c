@@ -294,6 +294,8 @@ static void nothing_goes_through_what_it_shoves(void **state)
                  {"shoved --stepper world", 0.2, 0.005},
                  {"shoved --lift 1", 0.2, 0.005},
                  {"shoved --kinematic 1", 0.2, 0.005},
+                 {"shoved --kinematic 2", 0.2, 0.005},
+                 {"shoved --plane 1", 0.2, 0.005},
                  {"shoved --speed 0.02", 0.02, 0.005},
                  {"shoved --speed 1", 1, 0.005},
                  {"shoved --speed 0.5 --h 0.001 --steps 1000", 0.5, 0.001},
@@ -306,6 +308,12 @@ static void nothing_goes_through_what_it_shoves(void **state)
         assert_close(exec_number(r.stats, "depth_max"), overlap, 0.02 * overlap);
         exec_run_free(&r);
     }
+    /* a pose may be set less often than the world is stepped */
+    assert_close(number_of(true, "shoved --every 2", "ahead"), -0.005, 1e-4);
+    assert_true(number_of(true, "shoved --every 10 --h 0.001 --steps 1000", "ahead") > -0.004);
+    /* what is set once into a body is no motion that takes it along */
+    assert_true(number_of(true, "shoved --jump 0.05", "speed_max") < 0.2);
+    assert_true(number_of(true, "shoved --jump 0.05 --h 0.001 --steps 1000", "speed_max") < 0.7);
 }
 
 /* Errors of position are taken back against gravity: of loops whose stops are moved, and of a chain that was torn. */

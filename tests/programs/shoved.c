@@ -1,26 +1,31 @@
 /*
- * A block that is moved by its pose alone, and has no velocity, shoves a box along the ground at --speed, or lifts it
- * with --lift 1. With --kinematic 1 it is a kinematic body. Prints how far the box's centre is ahead of where the block
- * would carry it without an overlap, m, and its speed along the way, m/s.
+ * A block that is moved by its pose alone shoves a box along the ground at --speed, or lifts it with --lift 1. It has
+ * no velocity, with --kinematic 1 as a body, with --kinematic 2 a small spin. --plane 1: a plane in the block's place.
+ * --every N: the pose is set in every N-th step only. --jump D: it is set once, by D m. Prints how far the box's centre
+ * is ahead of where the block would carry it without an overlap, m, and its speed along the way, m/s.
  */
 #include "sim.h"
 
 static const double SIZE = 0.1;
-static double speed;
-static bool lift;
+static double speed, jump;
+static bool lift, plane;
+static long every;
 static dGeomID block;
 static dBodyID carrier;
 
 /* Where the block is at the start of a step: its face touches the box at time 0. */
 static double way_at(double time)
 {
-    return -0.5 * SIZE + speed * time;
+    return -0.5 * SIZE + (jump > 0 ? jump * (time > 0.1) : speed * time);
 }
 
 static void move_block(sim *s)
 {
+    if (s->step % every != 0) return;
     double way = way_at((double)s->step * s->h), x = lift ? 0 : way - 0.5 * SIZE, z = lift ? way : 0.6 * SIZE;
-    if (carrier)
+    if (plane)
+        dGeomPlaneSetParams(block, 1, 0, 0, way);
+    else if (carrier)
         dBodySetPosition(carrier, x, 0, z);
     else
         dGeomSetPosition(block, x, 0, z);
@@ -32,10 +37,15 @@ int main(int argc, char **argv)
     speed = sim_value(s, "speed", 0.2);
     lift = sim_value(s, "lift", 0) != 0;
     if (!lift) sim_ground(s);
-    block = dCreateBox(s->space, SIZE, 4 * SIZE, SIZE);
-    if (sim_value(s, "kinematic", 0) != 0) {
+    jump = sim_value(s, "jump", 0);
+    plane = sim_value(s, "plane", 0) != 0;
+    every = (long)sim_value(s, "every", 1);
+    block = plane ? dCreatePlane(s->space, 1, 0, 0, 0) : dCreateBox(s->space, SIZE, 4 * SIZE, SIZE);
+    int kind = (int)sim_value(s, "kinematic", 0);
+    if (kind != 0) {
         carrier = dBodyCreate(s->world);
         dBodySetKinematic(carrier);
+        if (kind == 2) dBodySetAngularVel(carrier, 1e-9, 0, 0);
         dGeomSetBody(block, carrier);
     }
     dBodyID box = sim_box(s, 1, SIZE, SIZE, SIZE, 0, 0, 0.5 * SIZE);
