@@ -209,7 +209,7 @@ static void destroy(scene *s)
 static void steer(scene *s)
 {
     double time = (double)s->step * STEP;
-    dGeomSetPosition(s->geoms[1], 0.1, 0.05 * sin(3 * time), 0);
+    dGeomSetPosition(s->geoms[1], 0.1, 0.05 * sin(3 * time), 0.1 * sin(6 * time)); /* faster than overlaps part */
     for (int k = 0; k < 3 && s->hand >= 0; k++)
         dBodySetLinearVel(s->bodies[s->hand + k], 0, 0, s->step < 200 ? 0 : 0.1 * sin(20 * (time - 200 * STEP)));
 }
