@@ -113,7 +113,7 @@ static const option_row table[OPTION_COUNT] = {
     [OPTION_RECORD] = {"record", VALUE_FOLDER, OPTION_FIELD(record), "DIR",
                        "write islands that the solver fails on into this folder, for pinch replay; 100 at most"},
     [OPTION_RECORD_ALL] = {"record-all", VALUE_FLAG, OPTION_FIELD(record_all), NULL,
-                           "with --record: write every solve of an island"},
+                           "with --record: write every solve of an island, 100 at most"},
     [OPTION_AT] = {"at", VALUE_TEXT, OPTION_FIELD(at), "JOINT=X,...",
                    "positions of joints (rad or m) at which the links are shown"},
     [OPTION_PACKAGE] = {"package", VALUE_TEXT, OPTION_FIELD(package), "NAME=DIR,...",

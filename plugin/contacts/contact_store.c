@@ -1,6 +1,9 @@
 #include "contacts/contact_store.h"
 
 #include <math.h>
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -121,6 +124,41 @@ int pinch_add_side(pinch_contact_store *store, dGeomID geom, dBodyID body)
     return store->geoms.count++;
 }
 
+/*
+ * A heightfield may be made without a pose, and ODE does not tell: it ends the program that asks for one. So it is
+ * asked with a handler in place that comes back, by one thread at a time.
+ */
+static pthread_mutex_t asking = PTHREAD_MUTEX_INITIALIZER;
+static _Thread_local jmp_buf *no_pose; /* where this thread asks */
+static dMessageFunction *handler_before;
+
+static void come_back(int number, const char *message, va_list arguments)
+{
+    if (no_pose) longjmp(*no_pose, 1);
+    if (handler_before) handler_before(number, message, arguments); /* of another thread, and another fault */
+}
+
+static bool heightfield_has_pose(dGeomID heightfield)
+{
+    jmp_buf here;
+    volatile bool has = false;
+    pthread_mutex_lock(&asking);
+    handler_before = dGetDebugHandler();
+    dSetDebugHandler(come_back);
+    no_pose = &here;
+    if (setjmp(here) == 0) has = dGeomGetPosition(heightfield) != NULL; /* without assertions, ODE returns that */
+    no_pose = NULL;
+    dSetDebugHandler(handler_before);
+    pthread_mutex_unlock(&asking);
+    return has;
+}
+
+bool pinch_geom_has_pose(dGeomID geom)
+{
+    int class = dGeomGetClass(geom);
+    return class != dPlaneClass && (class != dHeightfieldClass || heightfield_has_pose(geom));
+}
+
 pinch_pose pinch_side_pose(dGeomID geom, dBodyID body)
 {
     static const double ORIGIN[3] = {0, 0, 0}, IDENTITY[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
@@ -128,7 +166,7 @@ pinch_pose pinch_side_pose(dGeomID geom, dBodyID body)
     if (!geom && body) {
         pose.position = dBodyGetPosition(body);
         pose.rotation = dBodyGetRotation(body);
-    } else if (geom && dGeomGetClass(geom) != dPlaneClass) {
+    } else if (geom && pinch_geom_has_pose(geom)) {
         pose.position = dGeomGetPosition(geom);
         pose.rotation = dGeomGetRotation(geom);
     }

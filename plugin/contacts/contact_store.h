@@ -171,6 +171,8 @@ int pinch_find_geom(const pinch_contact_store *store, dGeomID geom);
 /* Returns the index of a geom's record, or of a body's, or the world's, where the geom is NULL; it is made where there
  * is none. -1 when memory runs out. */
 int pinch_add_side(pinch_contact_store *store, dGeomID geom, dBodyID body);
+/* Tells whether a geom can have a pose: a plane has none, and a heightfield only where it was made so. */
+bool pinch_geom_has_pose(dGeomID geom);
 /* Returns the pose of a geom, or of a body where the geom is NULL, or the world's where both are. */
 pinch_pose pinch_side_pose(dGeomID geom, dBodyID body);
 /* Tells whether a side has the pose, to the bit, that it had when last asked for, in step `now` - 1. Only one thread

@@ -22,7 +22,8 @@
     X(dGeomCapsuleGetParams) X(dGeomCylinderGetParams) X(dGeomGetAABB) X(dGeomGetBody) X(dGeomGetClass)                \
     X(dGeomGetClassData) X(dGeomGetPosition) X(dGeomGetRotation) X(dGeomIsOffset) X(dGeomIsSpace)                      \
     X(dGeomPlaneGetParams) X(dGeomRayGet) X(dGeomRayGetLength) X(dGeomSphereGetRadius) X(dGeomTransformGetGeom)        \
-    X(dGeomTransformGetInfo) X(dGeomTriMeshGetTriangle) X(dGeomTriMeshGetTriangleCount) X(dInvertPDMatrix)             \
+    X(dGeomTransformGetInfo) X(dGeomTriMeshGetTriangle) X(dGeomTriMeshGetTriangleCount) X(dGetDebugHandler)            \
+    X(dInvertPDMatrix) X(dSetDebugHandler)                                                                             \
     X(dJointCreateNull) X(dJointDisable) X(dJointEnable) X(dJointGetAMotorAngle) X(dJointGetAMotorAxis)                \
     X(dJointGetAMotorMode) X(dJointGetAMotorNumAxes) X(dJointGetAMotorParam) X(dJointGetBallAnchor)                    \
     X(dJointGetBallAnchor2) X(dJointGetBallParam) X(dJointGetBody) X(dJointGetDBallAnchor1) X(dJointGetDBallAnchor2)   \

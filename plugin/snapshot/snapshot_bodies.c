@@ -9,6 +9,8 @@
 #include "snapshot/archive.h"
 #include "snapshot/snapshot.h"
 
+#include "contacts/contact_store.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -74,7 +76,7 @@ static void write_body(dBodyID body, const body_state *s)
 
 static bool is_placed(dGeomID geom)
 {
-    return !dGeomGetBody(geom) && dGeomGetClass(geom) != dPlaneClass;
+    return !dGeomGetBody(geom) && pinch_geom_has_pose(geom);
 }
 
 static bool has_order(dSpaceID space)

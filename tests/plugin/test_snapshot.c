@@ -572,6 +572,46 @@ static void test_only_between_steps(void **state)
     destroy(&s);
 }
 
+static dReal flat(void *data, int x, int z)
+{
+    (void)data, (void)x, (void)z;
+    return 0;
+}
+
+/* A heightfield may have no pose, and ODE ends a program that asks for it. */
+static void test_heightfields_without_a_pose(void **state)
+{
+    (void)state;
+    for (int placeable = 0; placeable < 2; placeable++) {
+        scene s = {.hand = -1, .world = dWorldCreate(), .space = dSimpleSpaceCreate(NULL)};
+        const pinch_ode_settings settings = pinch_ode_default_settings();
+        dHeightfieldDataID field = dGeomHeightfieldDataCreate();
+        dMass mass;
+        dWorldSetGravity(s.world, 0, -9.81, 0);
+        assert_int_equal(pinch_ode_create(s.world, &settings, &s.plugin), PINCH_OK);
+        dGeomHeightfieldDataBuildCallback(field, NULL, flat, 10, 10, 11, 11, 1, 0, 0.5, 0);
+        dGeomHeightfieldDataSetBounds(field, -1, 1);
+        s.geoms[s.geom_count++] = dCreateHeightfield(s.space, field, placeable);
+        s.geoms[s.geom_count++] = dCreateBox(s.space, 0.2, 0.2, 0.2);
+        s.bodies[s.body_count++] = dBodyCreate(s.world);
+        dMassSetSphereTotal(&mass, 1, 0.1);
+        dBodySetMass(s.bodies[0], &mass);
+        dGeomSetBody(s.geoms[s.geom_count++] = dCreateSphere(s.space, 0.1), s.bodies[0]);
+        dBodySetPosition(s.bodies[0], 2, 0.12, 2);
+        run_to(&s, 50);
+        snapshot kept = save(&s);
+        run_to(&s, STEPS);
+        uint64_t hash = hash_of(&s);
+        assert_close(dBodyGetPosition(s.bodies[0])[1], 0.1, 1e-5);
+        restore(&s, &kept);
+        run_to(&s, STEPS);
+        assert_true(hash_of(&s) == hash);
+        free(kept.data);
+        destroy(&s);
+        dGeomHeightfieldDataDestroy(field);
+    }
+}
+
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
@@ -582,6 +622,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_memory_that_runs_out),
         cmocka_unit_test(test_other_parts_are_refused),
         cmocka_unit_test(test_only_between_steps),
+        cmocka_unit_test(test_heightfields_without_a_pose),
     };
     self = argv[0];
     dInitODE2(0);

@@ -518,7 +518,9 @@ typedef struct pinch_ode_stats {
     double depth_max;             /* m */
     double joint_error_max;       /* m: how far joints of solved islands have come apart, along the row that is furthest
                                    * off; stops and suspensions do not count */
-    double joint_error_angle_max; /* rad: how far their bodies are turned from where they hold them, likewise */
+    double joint_error_angle_max; /* rad: how far their bodies are turned from where they hold them, likewise, as rows
+                                   * measure it: the sine about an axis that a joint leaves, twice that of half the
+                                   * angle where it leaves none */
     long joints_unmodelled;       /* joints of contacting bodies whose type has no rows here, summed over steps */
     long joints_solved;           /* joints whose forces were Pinch's own, summed over steps */
     long joints_left;             /* joints of solved islands that ODE solved, see joints_by_ode; summed over steps */
