@@ -53,10 +53,11 @@ typedef struct pinch_seen_pose {
 typedef struct pinch_led_pair {
     long seen_step;    /* the last in which it was solved */
     double seen_depth; /* of its deepest point then, m */
-    double way;        /* m, > 0: by which it last came in deeper than velocities explain; 0: never */
-    long way_step;     /* the step in which that was */
-    long steps;        /* from the way before to that one; 0: there was none, or long before */
-    double speed;      /* m/s, >= 0: of both ways, for as many steps more; 0: it is not led */
+    double seen_normal[3];
+    double way;    /* m, > 0: by which it last came in deeper than velocities explain; 0: never */
+    long way_step; /* the step in which that was */
+    long steps;    /* from the way before to that one; 0: there was none, or long before */
+    double speed;  /* m/s, >= 0: of both ways, for as many steps more; 0: it is not led */
 } pinch_led_pair;
 
 /* A pair of geoms in contact, or of what stands for them. geom[0] has the smaller record index. */

@@ -30,9 +30,10 @@ static const double UNLIMITED = 10;
  * as a geom whose pose is set, does not go through it: where that is faster than half the pace of deep bodies, the
  * contact comes apart as fast at least.
  *
- * Where weight is small, the part of the size takes UNHURRIED seconds. Without weight there is no height to hop to.
+ * In steps of LONG_STEP seconds the part of the size is slow enough, and in shorter ones as fast: jams come apart, and
+ * small weights are no reason to stay. Without weight there is no height to hop to.
  */
-static const double DEEP = 0.02, STIFF = 0.01, UNHURRIED = 0.05, SLOWLY_LED = 0.5;
+static const double DEEP = 0.02, STIFF = 0.01, LONG_STEP = 5e-3, SLOWLY_LED = 0.5;
 
 static double not_negative(double value)
 {
@@ -151,7 +152,7 @@ static double deepest_in(const pinch_step_context *context, pinch_surface_condit
 {
     double limit = DEEP * conditions->size, pace = context->h / erp;
     double g = pinch_v3_norm(context->gravity), most = limit;
-    if (g > 0) most = fmin(limit, pace * fmax(sqrt(2 * g * depth), limit / UNHURRIED));
+    if (g > 0) most = fmin(limit, fmax(pace * sqrt(2 * g * depth), limit * context->h / LONG_STEP));
     if (!(pace * conditions->led > SLOWLY_LED * most)) conditions->led = 0;
     return fmax(fmax(most, conditions->came_in), pace * conditions->led);
 }

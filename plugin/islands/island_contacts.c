@@ -129,26 +129,31 @@ static double parting_velocity(const pinch_pair *pair, const double *position, c
 /*
  * Finds the speed at which a pair comes in without a velocity. A program may set the pose of a geom or of a body in
  * each step, or in every tenth, or change a shape: the overlap then grows by more than the velocities explain with
- * which the bodies have moved. What happens once, as where a body is set down in another one, is no motion.
+ * which the bodies have moved. What happens once, as where a body is set down in another one, is no motion. In a jam
+ * overlaps jump as well, as the collider finds another way out of them, but neither steadily nor in one direction.
+ * Between two bodies that move by themselves nothing leads.
  */
 static void see_what_leads(const pinch_step_context *context, pinch_pair *pair, double size)
 {
     static const double LEAST_WAY = 1e-4; /* of the size: turning bodies and rounding lead by less */
-    enum { MOST_STEPS = 32 };             /* from one way to the next */
+    static const double STEADY = 0.5, SAME_WAY = 0.95;
+    enum { MOST_STEPS = 32 }; /* from one way to the next */
     const pinch_manifold_point *deepest = &pair->manifold.point[0];
     pinch_led_pair *led = &pair->led;
     if (led->seen_step == context->number) return;
     for (int k = 1; k < pair->manifold.count; k++)
         if (pair->manifold.point[k].depth > deepest->depth) deepest = &pair->manifold.point[k];
+    bool may_be_led = (pair->step_body[0] < 0 || pair->step_body[1] < 0) && pair->buffered_before > 0 &&
+                      deepest->depth > LEAST_WAY * size && pinch_v3_dot(deepest->normal, led->seen_normal) > SAME_WAY;
     double way = 0;
-    if (pair->buffered_before > 0 && deepest->depth > LEAST_WAY * size)
+    if (may_be_led)
         way =
             deepest->depth - led->seen_depth + context->h * parting_velocity(pair, deepest->position, deepest->normal);
     long steps = context->number - led->way_step;
     if (way > LEAST_WAY * size) {
-        bool again = led->way > 0 && steps > 0 && steps <= MOST_STEPS;
-        led->speed = again ? fmin(way, led->way) / ((double)steps * context->h) : 0;
-        led->steps = again ? steps : 0;
+        bool steady = steps > 0 && steps <= MOST_STEPS && way > STEADY * led->way && led->way > STEADY * way;
+        led->speed = steady ? fmin(way, led->way) / ((double)steps * context->h) : 0;
+        led->steps = steady ? steps : 0;
         led->way = way;
         led->way_step = context->number;
     } else if (steps > led->steps) {
@@ -156,6 +161,7 @@ static void see_what_leads(const pinch_step_context *context, pinch_pair *pair, 
     }
     led->seen_step = context->number;
     led->seen_depth = deepest->depth;
+    pinch_v3_copy(led->seen_normal, deepest->normal);
 }
 
 /* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. Returns
