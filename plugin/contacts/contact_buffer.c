@@ -222,9 +222,10 @@ static void begin_pair(pinch_contact_store *store, pinch_pair *pair, const incom
     pair->first_buffered = -1;
     pair->buffered_count = 0;
     /* what slid along beside a body at rest, and has stopped, slips no more */
-    bool was_led = pair->is_led;
-    pair->is_led = is_prescribed(c->body[0], c->moves[0]) || is_prescribed(c->body[1], c->moves[1]);
-    pair->unchanged = !pair->is_led && !was_led && (!store->laws_follow_poses || geoms_stay(store, pair, now));
+    bool was_prescribed = pair->is_prescribed;
+    pair->is_prescribed = is_prescribed(c->body[0], c->moves[0]) || is_prescribed(c->body[1], c->moves[1]);
+    pair->unchanged =
+        !pair->is_prescribed && !was_prescribed && (!store->laws_follow_poses || geoms_stay(store, pair, now));
     for (int side = 0; side < 2; side++) /* a body that has become kinematic, or dynamic */
         if (c->moves[side] != (pair->step_body[side ^ (int)c->swapped] >= 0)) store->same_bodies = false;
 }

@@ -67,12 +67,12 @@ typedef struct pinch_pair {
     long last_step;                      /* the step it was last handed over for */
     int first_buffered, last_buffered;   /* its contacts in the buffer */
     int buffered_count, buffered_before; /* their number in this step and in the last */
-    int expected;      /* where the last step had the contact that is to come next, -1: it had no more */
-    int step_body[2];  /* its bodies in this step, -1: does not move by itself */
-    bool unchanged;    /* its contacts are those of the last step, to the bit, and nothing moves them, or did so then */
-    bool is_led;       /* a body of it moves as its owner prescribes */
-    bool has_material; /* otherwise its points have surface parameters of their own */
-    int geom[2];       /* records */
+    int expected;     /* where the last step had the contact that is to come next, -1: it had no more */
+    int step_body[2]; /* its bodies in this step, -1: does not move by itself */
+    bool unchanged;   /* its contacts are those of the last step, to the bit, and nothing moves them, or did so then */
+    bool is_prescribed; /* a body of it moves as its owner prescribes */
+    bool has_material;  /* otherwise its points have surface parameters of their own */
+    int geom[2];        /* records */
     pinch_manifold manifold;
     int room;              /* points there is room for in the manifold's block */
     int island;            /* of this step */

@@ -141,10 +141,14 @@ static void see_what_leads(const pinch_step_context *context, pinch_pair *pair, 
     const pinch_manifold_point *deepest = &pair->manifold.point[0];
     pinch_led_pair *led = &pair->led;
     if (led->seen_step == context->number) return;
+    if (pair->step_body[0] >= 0 && pair->step_body[1] >= 0) {
+        led->speed = 0;
+        return;
+    }
     for (int k = 1; k < pair->manifold.count; k++)
         if (pair->manifold.point[k].depth > deepest->depth) deepest = &pair->manifold.point[k];
-    bool may_be_led = (pair->step_body[0] < 0 || pair->step_body[1] < 0) && pair->buffered_before > 0 &&
-                      deepest->depth > LEAST_WAY * size && pinch_v3_dot(deepest->normal, led->seen_normal) > SAME_WAY;
+    bool may_be_led = pair->buffered_before > 0 && deepest->depth > LEAST_WAY * size &&
+                      pinch_v3_dot(deepest->normal, led->seen_normal) > SAME_WAY;
     double way = 0;
     if (may_be_led)
         way =

@@ -155,7 +155,9 @@ static void archive_manifold(pinch_archive *a, pinch_contact_store *store, pinch
  * already would keep what it counts in this one. */
 static void check_pair(pinch_archive *a, const pinch_contact_store *store, const pinch_pair *pair, long number)
 {
-    bool same = pair->geom[0] < pair->geom[1] && pair->last_step < number;
+    const pinch_led_pair *led = &pair->led;
+    bool past = led->seen_step >= 0 && led->seen_step <= number && led->way_step >= 0 && led->way_step <= number;
+    bool same = pair->geom[0] < pair->geom[1] && pair->last_step < number && past;
     for (int side = 0; side < 2 && same; side++) {
         const pinch_geom_record *record = &store->geoms.items[pair->geom[side]];
         same = pair->id[side] == record->geom && (record->geom || pair->body[side] == record->body);
@@ -173,7 +175,7 @@ static void archive_pair(pinch_archive *a, pinch_contact_store *store, pinch_pai
     }
     PINCH_ARCHIVE(a, pair->last_step);
     pinch_archive_flag(a, &pair->has_material);
-    pinch_archive_flag(a, &pair->is_led);
+    pinch_archive_flag(a, &pair->is_prescribed);
     PINCH_ARCHIVE(a, pair->came_in);
     PINCH_ARCHIVE(a, pair->led.seen_step);
     PINCH_ARCHIVE(a, pair->led.seen_depth);
