@@ -126,6 +126,11 @@ void pinch_leave_unsolved(pinch_contact_store *contacts, pinch_island *island);
 /* push_out.c: lets contacts as they came push and bounce at this part of the velocity that they ask for. */
 void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace,
                          pinch_problem *problem);
+/* push_out.c: tells whether contacts put so much in that those who drive bodies on are to be held back. */
+bool pinch_push_runs_away(const pinch_island *island);
+/* push_out.c: lets contacts that drive bodies on, as they came, do so at this part of their velocity. */
+void pinch_slow_drivers(const pinch_contact_store *contacts, const pinch_island *island, double pace,
+                        pinch_problem *problem);
 /* push_out.c: hard contacts forget their springs of friction, and surfaces that move along them stand still. */
 void pinch_let_go(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem);
 

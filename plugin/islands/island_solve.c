@@ -214,15 +214,21 @@ static bool joints_put_too_much_in(const pinch_step_context *context, const pinc
     return j->put_energy_in;
 }
 
-/* The contacts as they came, but pushing at this part of the pace that their overlaps ask for; and where they let go,
- * without springs of friction and surfaces that move along them. */
+/* How contacts push in a try: hard ones at a part of the pace that their overlaps ask for, and where they let go,
+ * without springs of friction and surfaces that move along them; those of drivers at a part of their velocity. */
+typedef struct push {
+    double pace, drivers;
+    bool let_go;
+} push;
+
+/* Contacts as they came, but for how they push. */
 static void push_at(const pinch_step_context *context, const pinch_contact_store *contacts,
-                    const pinch_step_bodies *bodies, pinch_problem *problem, pinch_island *island, double pace,
-                    bool let_go)
+                    const pinch_step_bodies *bodies, pinch_problem *problem, pinch_island *island, const push *p)
 {
     pinch_fill_contacts(context, contacts, bodies, island, problem);
-    pinch_slow_push_out(contacts, island, pace, problem);
-    if (let_go) pinch_let_go(contacts, island, problem);
+    pinch_slow_push_out(contacts, island, p->pace, problem);
+    if (p->let_go) pinch_let_go(contacts, island, problem);
+    if (p->drivers < 1) pinch_slow_drivers(contacts, island, p->drivers, problem);
     forget_row_forces(problem);
     island->phase = PINCH_ISLAND_AWAKE;
 }
@@ -236,21 +242,21 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
                             const pinch_island_graph *graph, pinch_joint_store *joints, pinch_solver_thread *thread,
                             pinch_problem *problem, pinch_island *island)
 {
-    enum { TRIES = 4 };
+    enum { TRIES = 4, WITH_DRIVERS = TRIES + 2 };
     pinch_island_joints *j = &island->joints;
     const pinch_step_bodies *bodies = &graph->bodies;
     bool jointed = j->joint_rows > 0, known = !jointed || joints_are_known(joints, island), last = false;
     bool pushes = pinch_open_push(context, contacts, graph, problem, island);
     if (jointed) pinch_open_account(context, graph, joints, problem, island);
     if (jointed && j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
-    double push_pace = 1, first_pace = j->pace;
-    bool let_go = false;
+    double first_pace = j->pace;
+    push p = {1, 1, false};
     for (int try = 0;; try++) {
         try_solvers(context, contacts, graph, thread, problem, island);
         bool may_wait = jointed && j->pace > 0 && !island->result.over_budget && known;
         if (island->status == PINCH_OK && !pinch_island_is_solved(island) && may_wait)
             solve_without_closing(context, contacts, graph, joints, thread, problem, island);
-        if (island->status == PINCH_OK && !pinch_island_is_solved(island) && push_pace < 1) {
+        if (island->status == PINCH_OK && !pinch_island_is_solved(island) && p.pace < 1) {
             fill(context, contacts, bodies, joints, island, problem);
             j->pace = first_pace;
             if (jointed && j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
@@ -261,10 +267,13 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
         bool put_in = joints_put_too_much_in(context, joints, graph, problem, island);
         if (pushes) pinch_judge_push(context, contacts, bodies, problem, island);
         bool pushed_in = pushes && !(island->push_work <= island->push_limit);
-        if ((!put_in && !pushed_in) || last || try == TRIES || (jointed && !isfinite(j->work)) || !known) break;
-        let_go = let_go || (pushed_in && push_pace == 0);
-        if (pushed_in) push_pace = slower(push_pace, island->push_limit, island->push_work, try >= TRIES - 2);
-        push_at(context, contacts, bodies, problem, island, push_pace, let_go);
+        bool runs_away = pushed_in && pinch_push_runs_away(island);
+        if ((!put_in && !pushed_in) || last || try == WITH_DRIVERS || (jointed && !isfinite(j->work)) || !known) break;
+        if (try >= TRIES && !runs_away) break;
+        p.let_go = p.let_go || (pushed_in && p.pace == 0);
+        if (pushed_in) p.pace = slower(p.pace, island->push_limit, island->push_work, try >= TRIES - 2);
+        if (try >= TRIES) p.drivers = slower(p.drivers, island->push_limit, island->push_work, try > TRIES);
+        push_at(context, contacts, bodies, problem, island, &p);
         if (!put_in) continue;
         double pace = slower(j->pace, j->energy + j->lifting, j->work, try >= TRIES - 2);
         pinch_set_closing_pace(joints, j, problem, j->pace, pace);

@@ -36,7 +36,13 @@
  * allowance of their own: they count among what contacts put in, and are slowed with the rest.
  *
  * Contacts that are soft by their own parameters are springs, and may give what they hold. Fingertips of a material are
- * none of these contacts, and contacts whose partner drives them on are not judged.
+ * none of these contacts.
+ *
+ * Contacts whose partner drives them on are not judged: a bat gives a ball what it likes. But nothing is as strong as a
+ * body that is moved whatever it meets. Where it presses others against a wall, they may have no way out but at many
+ * times its speed, or none at all, and are shot out. So where hard contacts have let go, and bodies would still get
+ * more than a long lever gives them, or with joints a gear, drivers are held back, too: they go into the bodies
+ * instead.
  *
  * Islands part and merge, bodies stay. So the balance is kept by body, in equal parts. It may be negative, down to what
  * overlaps have asked for.
@@ -94,12 +100,22 @@ static bool is_hard(const pinch_contact *c, const pinch_own_law *own)
     return c->may_soften && speed_into(c, own) <= 0;
 }
 
+static bool is_driven(const pinch_contact *c, const pinch_own_law *own)
+{
+    return c->may_soften && speed_into(c, own) > 0;
+}
+
+/* Returns the velocity (m/s) at which the overlap of a contact is to be taken back. */
+static double closing_of(const pinch_contact *c, double h)
+{
+    return c->depth > 0 ? c->stiffness[0] * c->depth / (h * c->stiffness[0] + c->damping[0]) : 0;
+}
+
 /* Returns the velocity (m/s) that a contact asks for because its bodies overlap. */
 static double push_of(const pinch_contact *c, const pinch_own_law *own, double h)
 {
     if (!is_hard(c, own) || !(c->depth > 0)) return 0;
-    double push = c->stiffness[0] * c->depth / (h * c->stiffness[0] + c->damping[0]);
-    return fmax(push - (c->surface_velocity[0] + own->rebound), 0);
+    return fmax(closing_of(c, h) - (c->surface_velocity[0] + own->rebound), 0);
 }
 
 static double inverse_masses(const pinch_problem *problem, const pinch_contact *c)
@@ -384,6 +400,27 @@ void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island
         const pinch_own_law *own = next_law(&at);
         if (!is_hard(c, own)) continue;
         c->surface_velocity[0] += (1 - pace) * (push_of(c, own, problem->step) + own->rebound);
+    }
+}
+
+bool pinch_push_runs_away(const pinch_island *island)
+{
+    static const double MOST_OF_A_LEVER = 10, MOST_OF_A_GEAR = 50;
+    double most = island->joints.joint_rows > 0 ? MOST_OF_A_GEAR : MOST_OF_A_LEVER;
+    return island->push_work > island->push_limit + most * most * island->surface_limit;
+}
+
+void pinch_slow_drivers(const pinch_contact_store *contacts, const pinch_island *island, double pace,
+                        pinch_problem *problem)
+{
+    walk at = {contacts, island, 0, 0};
+    for (int k = 0; k < problem->contact_count; k++) {
+        pinch_contact *c = &problem->contacts[k];
+        if (!is_driven(c, next_law(&at))) continue;
+        c->surface_velocity[0] += (1 - pace) * (closing_of(c, problem->step) - c->surface_velocity[0]);
+        for (int i = 1; i < 4; i++) c->surface_velocity[i] *= pace;
+        memset(c->elastic, 0, sizeof c->elastic);
+        memset(c->rolling_elastic, 0, sizeof c->rolling_elastic);
     }
 }
 

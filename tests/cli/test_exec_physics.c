@@ -317,6 +317,34 @@ static void nothing_goes_through_what_it_shoves(void **state)
     assert_true(number_of(true, "shoved --jump 0.05 --h 0.001 --steps 1000", "speed_max") < 0.7);
 }
 
+/* A plate that moves whatever it meets presses bodies against a wall, and they have no way out but at many times its
+ * speed, if any. They are not shot out; the plate goes into them. A lever gets what the plate gives it. */
+static void nothing_is_shot_out_of_a_press(void **state)
+{
+    (void)state;
+    static const double SPEED = 0.5; /* the plate's */
+    static const char *const rows[] = {"--objects 2 --height 0.4 --h 0.001",
+                                       "--objects 3 --height 0.6 --h 0.001",
+                                       "--objects 4 --height 0.6 --squeeze 0.01",
+                                       "--objects 4 --height 0.8 --h 0.001",
+                                       "--objects 5 --height 0.8",
+                                       "--objects 3 --height 0.6 --h 0.005 --spheres 1",
+                                       "--objects 4 --height 0.6 --spheres 1",
+                                       "--objects 4 --height 0.6 --h 0.005 --spheres 1"};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        char words[80];
+        (void)snprintf(words, sizeof words, "pressed %s", rows[i]);
+        assert_true(number_of(true, words, "speed_max") < 10 * SPEED);
+    }
+    static const double ratios[] = {1, 4, 15, 40};
+    for (size_t i = 0; i < sizeof ratios / sizeof *ratios; i++) {
+        char words[80];
+        (void)snprintf(words, sizeof words, "pressed --lever %g", ratios[i]);
+        double speed = SPEED / 0.8 * ratios[i]; /* the plate's edge is at 0.8 of the short arm */
+        assert_close(number_of(true, words, "end_speed"), speed, 0.01 * speed);
+    }
+}
+
 /* Errors of position are taken back against gravity: of loops whose stops are moved, and of a chain that was torn. */
 static void what_is_torn_comes_back(void **state)
 {
@@ -366,21 +394,14 @@ static void machines_work(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_rests_under_ode_rests),
-        cmocka_unit_test(a_stack_stands_still),
-        cmocka_unit_test(the_heaviest_do_not_sink),
-        cmocka_unit_test(a_heap_comes_to_rest),
-        cmocka_unit_test(energy_does_not_grow),
-        cmocka_unit_test(a_slope_holds_to_the_friction_angle),
-        cmocka_unit_test(feedback_sums_to_the_weight),
-        cmocka_unit_test(surface_modes_keep_their_meaning),
-        cmocka_unit_test(what_moves_does_its_work),
-        cmocka_unit_test(what_is_sunk_comes_out),
-        cmocka_unit_test(what_is_sunk_does_not_hop),
-        cmocka_unit_test(nothing_goes_through_what_it_shoves),
-        cmocka_unit_test(what_is_torn_comes_back),
-        cmocka_unit_test(compliance_beside_a_light_body),
-        cmocka_unit_test(machines_work),
+        cmocka_unit_test(what_rests_under_ode_rests),     cmocka_unit_test(a_stack_stands_still),
+        cmocka_unit_test(the_heaviest_do_not_sink),       cmocka_unit_test(a_heap_comes_to_rest),
+        cmocka_unit_test(energy_does_not_grow),           cmocka_unit_test(a_slope_holds_to_the_friction_angle),
+        cmocka_unit_test(feedback_sums_to_the_weight),    cmocka_unit_test(surface_modes_keep_their_meaning),
+        cmocka_unit_test(what_moves_does_its_work),       cmocka_unit_test(what_is_sunk_comes_out),
+        cmocka_unit_test(what_is_sunk_does_not_hop),      cmocka_unit_test(nothing_goes_through_what_it_shoves),
+        cmocka_unit_test(nothing_is_shot_out_of_a_press), cmocka_unit_test(what_is_torn_comes_back),
+        cmocka_unit_test(compliance_beside_a_light_body), cmocka_unit_test(machines_work),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
