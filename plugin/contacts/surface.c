@@ -146,21 +146,25 @@ static double target_velocity(const pinch_surface *s, dWorldID world, double pus
     return target;
 }
 
-/* Returns the depth (m) at the pace of which bodies that are so deep in each other come apart. */
+/*
+ * Returns the depth (m) at the pace of which bodies that are so deep in each other come apart. What the contact's own
+ * compliance gives way to the force that it bears comes back at twice that pace at least: joints may put more weight on
+ * a light body than its mass tells, and it would sink for good.
+ */
 static double deepest_in(const pinch_step_context *context, pinch_surface_conditions *conditions, double erp,
-                         double depth)
+                         double cfm, double depth)
 {
     double limit = DEEP * conditions->size, pace = context->h / erp;
     double g = pinch_v3_norm(context->gravity), most = limit;
     if (g > 0) most = fmin(limit, fmax(pace * sqrt(2 * g * depth), limit * context->h / LONG_STEP));
     if (!(pace * conditions->led > SLOWLY_LED * most)) conditions->led = 0;
-    return fmax(fmax(most, conditions->came_in), pace * conditions->led);
+    return fmax(fmax(most, conditions->came_in), pace * fmax(conditions->led, 2 * cfm * conditions->force));
 }
 
 static void set_limit(const pinch_surface *s, const pinch_surface_conditions *conditions, int i, double *coefficient,
                       double *limit)
 {
-    bool pressed = conditions->pressed;
+    bool pressed = conditions->force > 0;
     *coefficient = s->coefficient[i] ? s->friction[i] : 0;
     *limit = s->coefficient[i] ? 0 : conditions->stands_for * s->friction[i];
     if (isinf(s->friction[i])) {
@@ -212,7 +216,7 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
     if (c->depth > 0) c->depth = not_negative(c->depth - layer);
     double pressed_in = c->depth, push_out = erp * c->depth / h;
     if (cfm < STIFF * h * conditions->mobility && pressed_in > conditions->came_in)
-        pressed_in = fmin(pressed_in, deepest_in(context, conditions, erp, pressed_in));
+        pressed_in = fmin(pressed_in, deepest_in(context, conditions, erp, cfm, pressed_in));
     else
         conditions->led = 0;
     double rebound, target = target_velocity(s, world, erp * pressed_in / h, conditions->approach, &rebound);

@@ -25,7 +25,7 @@ typedef struct pinch_surface_conditions {
     double came_in;         /* how deep the bodies have come in by their own motion within a step, m */
     double led;             /* at which the bodies are led into each other without a velocity, m/s, >= 0; out: 0 where
                              * the overlap that this makes is parted at its own pace soon enough */
-    bool pressed;           /* the contact had a normal force in the last step */
+    double force;           /* of the contact along the normal in the last step, N */
 } pinch_surface_conditions;
 
 /* Reads a contact's surface parameters. swapped: the pair's first geom is the contact's second. Returns false for

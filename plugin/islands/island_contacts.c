@@ -183,7 +183,7 @@ static double apply_surface(const pinch_step_context *context, const pinch_conta
         .approach = approach,
         .came_in = fmin(c->depth, fmax(pair->came_in, -context->h * approach)),
         .led = pair->led.speed,
-        .pressed = point->normal_force > 0,
+        .force = point->normal_force,
     };
     c->max_force = INFINITY;
     own->rebound = pinch_surface_apply(context, &store->surfaces.items[own->surface].surface, &conditions, c);

@@ -204,17 +204,45 @@ static void test_wishbones(void **state)
     exec_run_free(&converged);
 }
 
+/* What joints put on light wheels is borne at the depth of ODE's law, however little the wheels weigh themselves. */
+static void test_light_wheels_bear_it(void **state)
+{
+    (void)state;
+    static const struct {
+        char *body, *wheel, *cfm, *h, *stepper;
+    } CASES[] = {{"1", "0.02", "0.01", "0.05", "quick"},
+                 {"1", "0.01", "0.01", "0.02", "world"},
+                 {"0.07", "0.001", "0.1", "0.04", "quick"},
+                 {"1", "0.5", "0.01", "0.05", "world"}};
+    for (int k = 0; k < 4; k++) {
+        char *command[] = {exec_program("casters"),
+                           "--body",
+                           CASES[k].body,
+                           "--wheel",
+                           CASES[k].wheel,
+                           "--cfm",
+                           CASES[k].cfm,
+                           "--h",
+                           CASES[k].h,
+                           "--stepper",
+                           CASES[k].stepper,
+                           NULL};
+        exec_run ours = exec_program_run((char *[]){NULL}, command);
+        double law = exec_number(ours.line, "law");
+        assert_close(exec_number(ours.line, "depth_last"), law, 1e-6 * law);
+        assert_true(exec_number(ours.line, "speed_last") < 1e-9);
+        exec_run_free(&ours);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_worse_than_ode),
-        cmocka_unit_test(test_contradictions_give_no_energy),
-        cmocka_unit_test(test_loops_give_no_energy),
-        cmocka_unit_test(test_torn_trees_give_no_energy),
-        cmocka_unit_test(test_jams_give_no_energy),
-        cmocka_unit_test(test_raised_floors_are_left),
-        cmocka_unit_test(test_ode_keeps_the_pace),
-        cmocka_unit_test(test_wishbones),
+        cmocka_unit_test(test_no_worse_than_ode),    cmocka_unit_test(test_contradictions_give_no_energy),
+        cmocka_unit_test(test_loops_give_no_energy), cmocka_unit_test(test_torn_trees_give_no_energy),
+        cmocka_unit_test(test_jams_give_no_energy),  cmocka_unit_test(test_raised_floors_are_left),
+        cmocka_unit_test(test_ode_keeps_the_pace),   cmocka_unit_test(test_wishbones),
+        cmocka_unit_test(test_light_wheels_bear_it),
     };
     return cmocka_run_group_tests_name("exec joints", tests, NULL, NULL);
 }
