@@ -114,16 +114,18 @@ static void read_accounts(const pinch_island_graph *graph, pinch_island *island)
     }
 }
 
-double pinch_push_balance(const pinch_island_graph *graph, const pinch_island *island)
+void pinch_read_push(const pinch_step_context *context, const pinch_island_graph *graph, pinch_island *island)
 {
-    double sum = 0;
     int next = 0;
+    island->push_balance = 0;
+    island->push_pace = 1;
     for (int k = 0; k < island->bodies.count && graph->accounts.count > 0; k++) {
         const pinch_joint_account *a =
             find(&graph->accounts, pinch_island_body(&graph->bodies, island->bodies, k)->body, &next);
-        sum += a ? a->push : 0;
+        if (!a) continue;
+        island->push_balance += a->push;
+        if (a->slowed == context->number - 1) island->push_pace = fmin(island->push_pace, a->push_pace);
     }
-    return sum;
 }
 
 void pinch_open_account(const pinch_step_context *context, const pinch_island_graph *graph,
@@ -244,14 +246,17 @@ static void keep_fallback_account(const pinch_step_context *context, pinch_islan
 static void keep_push(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island)
 {
     double each = island->push_balance / island->bodies.count;
+    bool keeps = each != 0 || island->push_pace < 1;
     int next = 0;
     for (int k = 0; k < island->bodies.count; k++) {
         dBodyID body = pinch_island_body(&graph->bodies, island->bodies, k)->body;
-        pinch_joint_account *a = each != 0 ? find_or_add(&graph->accounts, body, context->number, &next)
-                                           : find(&graph->accounts, body, &next);
+        pinch_joint_account *a =
+            keeps ? find_or_add(&graph->accounts, body, context->number, &next) : find(&graph->accounts, body, &next);
         if (!a) continue;
         a->push = each;
-        if (each != 0) a->seen = context->number;
+        a->push_pace = island->push_pace;
+        if (island->push_pace < 1) a->slowed = context->number;
+        if (keeps) a->seen = context->number;
     }
 }
 

@@ -42,6 +42,7 @@ typedef struct pinch_island {
     bool pushes;             /* it has hard contacts, which push_out.c judges */
     double push_balance;     /* J: what these have taken out and not put in again, before and after its solve */
     double push_limit;       /* J: what they may put in */
+    double push_pace;        /* the part of what overlaps ask for at which its solve begins, then that of the next */
     bool push_lifts;         /* bodies are so deep in each other that they have to be lifted out */
     double push_work;        /* J: what they have put in in the last solve; negative: taken out */
     double push_change;      /* J: by how much that lowers their balance */
@@ -81,6 +82,8 @@ typedef struct pinch_joint_account {
     dBodyID body;
     double energy, pace; /* J, at the end of the last step with joints; to begin the next with */
     double push;         /* J, of hard contacts; see push_out.c */
+    double push_pace;    /* at which they begin the next step, if they were slowed in the step before */
+    long slowed;         /* the number of that step, if they ever were */
     bool torn;           /* see pinch_island_joints */
     long seen;           /* the number of the last step with joints or a push */
 } pinch_joint_account;

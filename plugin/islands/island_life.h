@@ -105,8 +105,9 @@ void pinch_open_fallback_account(const pinch_step_context *context, const pinch_
 /* energy_account.c, after ODE's step: keeps what is left of it. Only one thread at a time may call this. */
 void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island);
 
-/* energy_account.c: returns what hard contacts may put into the island's bodies because they have taken it out (J). */
-double pinch_push_balance(const pinch_island_graph *graph, const pinch_island *island);
+/* energy_account.c: finds what hard contacts may put into the island's bodies because they have taken it out, and the
+ * pace at which they begin, as they had to be slowed in the last step. */
+void pinch_read_push(const pinch_step_context *context, const pinch_island_graph *graph, pinch_island *island);
 
 /* push_out.c, before the first solve: sets how much energy hard contacts may put in as they push bodies out of each
  * other. Returns false where there are none. */
@@ -115,16 +116,17 @@ bool pinch_open_push(const pinch_step_context *context, const pinch_contact_stor
 /* push_out.c, after a solve: finds out how much they have put in. */
 void pinch_judge_push(const pinch_step_context *context, const pinch_contact_store *contacts,
                       const pinch_step_bodies *bodies, const pinch_problem *problem, pinch_island *island);
-/* push_out.c, after the last solve: sets what is left. */
-void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, pinch_island *island);
+/* push_out.c, after the last solve, with contacts at this pace: sets what is left, and the next pace. */
+void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, double pace,
+                      pinch_island *island);
 /* read_out.c: writes the results of an island's contacts, and adds them up for the bodies. */
 void pinch_read_out_contacts(const pinch_contact_store *contacts, const pinch_step_bodies *bodies, pinch_island *island,
                              const pinch_problem *problem);
 /* read_out.c: leaves an island without an answer: its results say whose points they are, and no force. */
 void pinch_leave_unsolved(pinch_contact_store *contacts, pinch_island *island);
 
-/* push_out.c: lets contacts as they came push and bounce at this part of the velocity that they ask for. */
-void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace,
+/* push_out.c: lets contacts as they came push and bounce at these parts of the velocity that they ask for. */
+void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace, double bounce,
                          pinch_problem *problem);
 /* push_out.c: tells whether contacts put so much in that those who drive bodies on are to be held back. */
 bool pinch_push_runs_away(const pinch_island *island);

@@ -217,7 +217,7 @@ static bool joints_put_too_much_in(const pinch_step_context *context, const pinc
 /* How contacts push in a try: hard ones at a part of the pace that their overlaps ask for, and where they let go,
  * without springs of friction and surfaces that move along them; those of drivers at a part of their velocity. */
 typedef struct push {
-    double pace, drivers;
+    double pace, bounce, drivers;
     bool let_go;
 } push;
 
@@ -226,7 +226,7 @@ static void push_at(const pinch_step_context *context, const pinch_contact_store
                     const pinch_step_bodies *bodies, pinch_problem *problem, pinch_island *island, const push *p)
 {
     pinch_fill_contacts(context, contacts, bodies, island, problem);
-    pinch_slow_push_out(contacts, island, p->pace, problem);
+    pinch_slow_push_out(contacts, island, p->pace, p->bounce, problem);
     if (p->let_go) pinch_let_go(contacts, island, problem);
     if (p->drivers < 1) pinch_slow_drivers(contacts, island, p->drivers, problem);
     forget_row_forces(problem);
@@ -250,7 +250,8 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
     if (jointed) pinch_open_account(context, graph, joints, problem, island);
     if (jointed && j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
     double first_pace = j->pace;
-    push p = {1, 1, false};
+    push p = {pushes ? island->push_pace : 1, 1, 1, false};
+    if (p.pace < 1) pinch_slow_push_out(contacts, island, p.pace, 1, problem);
     for (int try = 0;; try++) {
         try_solvers(context, contacts, graph, thread, problem, island);
         bool may_wait = jointed && j->pace > 0 && !island->result.over_budget && known;
@@ -261,7 +262,8 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
             j->pace = first_pace;
             if (jointed && j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
             try_solvers(context, contacts, graph, thread, problem, island);
-            last = true;
+            last = try > 0;
+            p = (push){1, 1, 1, false};
         }
         if (!pinch_island_is_solved(island)) return;
         bool put_in = joints_put_too_much_in(context, joints, graph, problem, island);
@@ -271,7 +273,7 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
         if ((!put_in && !pushed_in) || last || try == WITH_DRIVERS || (jointed && !isfinite(j->work)) || !known) break;
         if (try >= TRIES && !runs_away) break;
         p.let_go = p.let_go || (pushed_in && p.pace == 0);
-        if (pushed_in) p.pace = slower(p.pace, island->push_limit, island->push_work, try >= TRIES - 2);
+        if (pushed_in) p.bounce = p.pace = slower(p.pace, island->push_limit, island->push_work, try >= TRIES - 2);
         if (try >= TRIES) p.drivers = slower(p.drivers, island->push_limit, island->push_work, try > TRIES);
         push_at(context, contacts, bodies, problem, island, &p);
         if (!put_in) continue;
@@ -279,7 +281,7 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
         pinch_set_closing_pace(joints, j, problem, j->pace, pace);
         j->pace = pace;
     }
-    if (pushes) pinch_close_push(context, problem, island);
+    if (pushes) pinch_close_push(context, problem, p.pace, island);
 }
 
 /* Reading an answer out, and giving it to ODE. */

@@ -67,6 +67,11 @@ static const double SHALLOW = 0.01;
 /* Softer ones than this part of what the bodies' inertia gives a contact in a step are springs, as in surface.c. */
 static const double STIFF = 0.01;
 
+/* Where joints press contacts into each other they do so for long, and each try costs. There the next step begins at
+ * the pace of the last, faster by this factor where it put in less than this part of what it might, and at this pace at
+ * least. */
+static const double FASTER = 2, EASY = 0.25, LEAST = 0.01;
+
 /* Goes through an island's contacts in the order in which its problem has them. */
 typedef struct walk {
     const pinch_contact_store *contacts;
@@ -224,7 +229,7 @@ bool pinch_open_push(const pinch_step_context *context, const pinch_contact_stor
         sum_up(&sums, 0, 2);
     double asked = sums.asked;
     if (island->joints.joint_rows > 0) asked = fmax(asked, energy_of_all(contacts, island, problem));
-    island->push_balance = pinch_push_balance(graph, island);
+    pinch_read_push(context, graph, island);
     double fall = part_of_fall(context, problem);
     island->push_limit = fall + fmax(TIMES_ASKED_FOR * asked + island->push_balance, 0);
     island->push_lifts = asked > SHALLOW * fall;
@@ -383,15 +388,19 @@ void pinch_judge_push(const pinch_step_context *context, const pinch_contact_sto
     island->push_change = put_in <= 0 ? fmax(put_in, fmin(gain, 0)) : put_in;
 }
 
-void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, pinch_island *island)
+void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, double pace,
+                      pinch_island *island)
 {
+    bool jointed = island->joints.joint_rows > 0;
     double fall = part_of_fall(context, problem), balance = island->push_balance - island->push_change;
     if (balance < 0) balance = fmin(balance + island->push_spare, 0);
     island->push_balance = balance > 0 ? LEFT * balance : fmin(balance + fall, 0);
     if (fabs(island->push_balance) < fall) island->push_balance = 0;
+    bool easy = island->push_work <= EASY * island->push_limit;
+    island->push_pace = jointed && easy ? fmin(fmax(FASTER * pace, LEAST), 1) : jointed ? pace : 1;
 }
 
-void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace,
+void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace, double bounce,
                          pinch_problem *problem)
 {
     walk at = {contacts, island, 0, 0};
@@ -399,7 +408,7 @@ void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island
         pinch_contact *c = &problem->contacts[k];
         const pinch_own_law *own = next_law(&at);
         if (!is_hard(c, own)) continue;
-        c->surface_velocity[0] += (1 - pace) * (push_of(c, own, problem->step) + own->rebound);
+        c->surface_velocity[0] += (1 - pace) * push_of(c, own, problem->step) + (1 - bounce) * own->rebound;
     }
 }
 

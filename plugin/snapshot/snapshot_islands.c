@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Bytes that an archive has at least for one of each, and the most unknowns that a memory may be of. */
-enum { DRIVE_BYTES = 44, MEMORY_BYTES = 12, BACKED_OFF_BYTES = 25, ACCOUNT_BYTES = 37, MOST_UNKNOWNS = 1 << 15 };
+enum { DRIVE_BYTES = 44, MEMORY_BYTES = 12, BACKED_OFF_BYTES = 25, ACCOUNT_BYTES = 53, MOST_UNKNOWNS = 1 << 15 };
 
 static void archive_drives(pinch_archive *a, pinch_drives *drives)
 {
@@ -109,6 +109,8 @@ static void archive_accounts(pinch_archive *a, pinch_joint_accounts *accounts)
         PINCH_ARCHIVE(a, account->energy);
         PINCH_ARCHIVE(a, account->pace);
         PINCH_ARCHIVE(a, account->push);
+        PINCH_ARCHIVE(a, account->push_pace);
+        PINCH_ARCHIVE(a, account->slowed);
         pinch_archive_flag(a, &account->torn);
         PINCH_ARCHIVE(a, account->seen);
     }
