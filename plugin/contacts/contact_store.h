@@ -79,6 +79,7 @@ typedef struct pinch_pair {
     int points_when_built; /* points it had when the islands were built */
     int first_result;      /* of its points in the list of results */
     int first_in_island;   /* of its points among its island's contacts */
+    bool is_in;            /* its bodies are in each other rather than in touch: see island_contacts.c */
     double came_in; /* how deep its bodies have come into each other by their own motion within a step, m; no more than
                      * they are now */
     pinch_led_pair led;             /* where its points have laws of their own */

@@ -20,6 +20,9 @@ static const double NO_COMPLIANCE = 1e-9;
  */
 static const double UNLIMITED = 10;
 
+/* And this one where bodies are in each other. */
+static const double INSIDE = 1;
+
 /*
  * Bodies that should be hard and are found deep in each other, by more than this part of their size, come apart at the
  * pace of that depth. erp depth/h would shoot them: a depth of 0.2 m in steps of 2 ms is 20 m/s. Nor do they come apart
@@ -181,6 +184,17 @@ static void set_friction(const pinch_surface *s, const pinch_surface_conditions 
         c->viscous[i] = s->slip[i] / conditions->stands_for;
     }
     set_limit(s, conditions, 2, &c->torsional_friction, &c->friction_limit[2]);
+}
+
+void pinch_surface_limit_friction(const pinch_surface *s, pinch_contact *c)
+{
+    double *const coefficients[5] = {&c->friction[0], &c->friction[1], &c->torsional_friction, &c->rolling_friction[0],
+                                     &c->rolling_friction[1]};
+    for (int i = 0; i < 5; i++) {
+        if (!isinf(s->friction[i])) continue;
+        *coefficients[i] = INSIDE;
+        c->friction_limit[i] = 0;
+    }
 }
 
 static void set_tangent(const double *tangent1, pinch_contact *c)

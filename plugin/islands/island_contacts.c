@@ -8,6 +8,7 @@
 #include "support/vec3.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <string.h>
 
 /* Adds the velocity at a point of a body that is no unknown, or a driven body's own prescribed motion. Returns false
@@ -63,6 +64,13 @@ static void choose_tangent(const pinch_step_context *context, const pinch_contac
     pinch_v3_any_perpendicular(normal, tangent);
 }
 
+/*
+ * Bodies that are deeper in each other than this part of the smaller geom are not in touch: their overlaps point all
+ * ways. Friction without a limit would lock each in what the others leave, for good, as soon as the solution is exact.
+ * So it has a limit there.
+ */
+static const double IN_EACH_OTHER = 0.05;
+
 /* The law that the points of a pair share. */
 typedef struct pair_law {
     const pinch_material *material; /* NULL: the points have surface parameters of their own */
@@ -70,6 +78,7 @@ typedef struct pair_law {
     double share; /* how much of the overlap lies between geom[0]'s surface and the contact; the points lie half way */
     double mobility; /* where there is no material: sum of the bodies' inverse masses, 1/kg */
     double size;     /* likewise: of the smaller geom, m */
+    double deepest;  /* likewise: the depth of its deepest point, m */
     double came_in;  /* out: the most of all points */
 } pair_law;
 
@@ -94,6 +103,7 @@ static pair_law law_of_pair(const pinch_contact_store *store, const pinch_pair *
     } else {
         law.mobility = mobility_of(pair);
         law.size = pinch_pair_size(store, pair);
+        for (int k = 0; k < count; k++) law.deepest = fmax(law.deepest, pair->manifold.point[k].depth);
     }
     return law;
 }
@@ -259,11 +269,12 @@ typedef struct fill_task {
     const pinch_step_bodies *bodies;
     const pinch_island *island;
     pinch_contact *filled;
+    atomic_bool is_in; /* a pair's bodies are in each other */
 } fill_task;
 
 static void fill_pairs(void *argument, int first, int end)
 {
-    const fill_task *task = argument;
+    fill_task *task = argument;
     const pinch_step_context *context = task->context;
     const pinch_contact_store *contacts = task->contacts;
     const pinch_step_bodies *bodies = task->bodies;
@@ -279,12 +290,43 @@ static void fill_pairs(void *argument, int first, int end)
             fill_contact(context, contacts, bodies, pair, &law, &pair->manifold.point[k],
                          &filled[pair->first_in_island + k]);
         pair->came_in = law.came_in;
+        pair->is_in = law.deepest > IN_EACH_OTHER * law.size;
+        if (pair->is_in) atomic_store_explicit(&task->is_in, true, memory_order_relaxed);
+    }
+}
+
+static pinch_step_body *side_of(const fill_task *task, const pinch_pair *pair, int side)
+{
+    return pair->step_body[side] < 0 ? NULL : &task->bodies->items[pair->step_body[side]];
+}
+
+/* Limits friction between bodies that are in each other, or in others. */
+static void limit_friction_inside(const fill_task *task)
+{
+    const pinch_contact_store *store = task->contacts;
+    const pinch_range pairs = task->island->pairs, bodies = task->island->bodies;
+    for (int k = 0; k < bodies.count; k++) pinch_island_body(task->bodies, bodies, k)->is_in = false;
+    for (int i = 0; i < pairs.count; i++) {
+        const pinch_pair *pair = pinch_island_pair(store, pairs, i);
+        for (int side = 0; side < 2; side++) {
+            pinch_step_body *body = side_of(task, pair, side);
+            if (body) body->is_in = body->is_in || pair->is_in;
+        }
+    }
+    for (int i = 0; i < pairs.count; i++) {
+        const pinch_pair *pair = pinch_island_pair(store, pairs, i);
+        const pinch_step_body *first = side_of(task, pair, 0), *second = side_of(task, pair, 1);
+        if (pair->has_material || !(pair->is_in || (first && second && first->is_in && second->is_in))) continue;
+        for (int k = 0; k < pair->manifold.count; k++)
+            pinch_surface_limit_friction(&store->surfaces.items[pair->manifold.point[k].own->surface].surface,
+                                         &task->filled[pair->first_in_island + k]);
     }
 }
 
 void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_store *contacts,
                          const pinch_step_bodies *bodies, const pinch_island *island, pinch_problem *problem)
 {
-    fill_task task = {context, contacts, bodies, island, problem->contacts};
+    fill_task task = {context, contacts, bodies, island, problem->contacts, false};
     pinch_loop(problem->crew, island->pairs.count, fill_pairs, &task);
+    if (task.is_in) limit_friction_inside(&task);
 }

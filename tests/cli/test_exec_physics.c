@@ -317,6 +317,23 @@ static void nothing_goes_through_what_it_shoves(void **state)
     assert_true(number_of(true, "shoved --jump 0.05 --h 0.001 --steps 1000", "speed_max") < 0.7);
 }
 
+/* Bodies of several geoms that begin in each other come apart, though friction has no limit. */
+static void nothing_stays_in_the_other(void **state)
+{
+    (void)state;
+    static const struct {
+        int kind, seed;
+    } cases[] = {{0, 1}, {0, 4}, {0, 5}, {0, 6}, {0, 14}, {1, 2}, {1, 4}, {1, 14}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char words[80];
+        (void)snprintf(words, sizeof words, "merged --kind %d --seed %d", cases[i].kind, cases[i].seed);
+        exec_run r = run_words(true, words);
+        assert_true(exec_number(r.line, "depth_max") > 0.1);
+        assert_true(exec_number(r.line, "depth_last") < 0.005);
+        exec_run_free(&r);
+    }
+}
+
 /* A plate that moves whatever it meets presses bodies against a wall, and they have no way out but at many times its
  * speed, if any. They are not shot out; the plate goes into them. A lever gets what the plate gives it. */
 static void nothing_is_shot_out_of_a_press(void **state)
@@ -394,14 +411,23 @@ static void machines_work(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(what_rests_under_ode_rests),     cmocka_unit_test(a_stack_stands_still),
-        cmocka_unit_test(the_heaviest_do_not_sink),       cmocka_unit_test(a_heap_comes_to_rest),
-        cmocka_unit_test(energy_does_not_grow),           cmocka_unit_test(a_slope_holds_to_the_friction_angle),
-        cmocka_unit_test(feedback_sums_to_the_weight),    cmocka_unit_test(surface_modes_keep_their_meaning),
-        cmocka_unit_test(what_moves_does_its_work),       cmocka_unit_test(what_is_sunk_comes_out),
-        cmocka_unit_test(what_is_sunk_does_not_hop),      cmocka_unit_test(nothing_goes_through_what_it_shoves),
-        cmocka_unit_test(nothing_is_shot_out_of_a_press), cmocka_unit_test(what_is_torn_comes_back),
-        cmocka_unit_test(compliance_beside_a_light_body), cmocka_unit_test(machines_work),
+        cmocka_unit_test(what_rests_under_ode_rests),
+        cmocka_unit_test(a_stack_stands_still),
+        cmocka_unit_test(the_heaviest_do_not_sink),
+        cmocka_unit_test(a_heap_comes_to_rest),
+        cmocka_unit_test(energy_does_not_grow),
+        cmocka_unit_test(a_slope_holds_to_the_friction_angle),
+        cmocka_unit_test(feedback_sums_to_the_weight),
+        cmocka_unit_test(surface_modes_keep_their_meaning),
+        cmocka_unit_test(what_moves_does_its_work),
+        cmocka_unit_test(what_is_sunk_comes_out),
+        cmocka_unit_test(what_is_sunk_does_not_hop),
+        cmocka_unit_test(nothing_goes_through_what_it_shoves),
+        cmocka_unit_test(nothing_stays_in_the_other),
+        cmocka_unit_test(nothing_is_shot_out_of_a_press),
+        cmocka_unit_test(what_is_torn_comes_back),
+        cmocka_unit_test(compliance_beside_a_light_body),
+        cmocka_unit_test(machines_work),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
