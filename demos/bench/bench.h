@@ -34,6 +34,11 @@ command_status bench_pareto(const bench_request *request);
 /* robot_hands.c: hands with joints, motors and tendons that hold something. */
 command_status bench_robots(const bench_request *request);
 
+/* sizes.c: is the size one that the request does not leave out? */
+bool bench_wants_size(const bench_request *request, int size);
+/* sizes.c: complains where the request leaves out all sizes in the lists, each of which ends with a 0. */
+command_status bench_check_sizes(const bench_request *request, const int *const *lists, int count);
+
 /* Seeds dRand, from which quickstep draws the order of its rows. */
 void bench_seed_ode(uint64_t seed);
 

@@ -35,7 +35,7 @@ typedef struct pareto_series {
     double step; /* s */
     int settle;  /* steps */
     bool cold, pile;
-    int sizes[SIZES]; /* 0: no more */
+    int sizes[SIZES + 1]; /* 0: no more */
 } pareto_series;
 
 #define GRASP(name, build, settle, cold, ...)                                                                          \
@@ -350,16 +350,21 @@ static void print_head(void)
 
 command_status bench_pareto(const bench_request *o)
 {
+    enum { SERIES = sizeof all_series / sizeof *all_series };
+    const int *lists[SERIES];
+    for (int k = 0; k < SERIES; k++) lists[k] = all_series[k].sizes;
+    command_status status = bench_check_sizes(o, lists, SERIES);
+    if (status != COMMAND_DONE) return status;
     json_t *rows = json_array();
-    command_status status = !rows ? COMMAND_SYSTEM : o->plot ? plot_folder("bench", o->plot) : COMMAND_DONE;
+    status = !rows ? COMMAND_SYSTEM : o->plot ? plot_folder("bench", o->plot) : COMMAND_DONE;
     dInitODE2(0);
     bench_seed_ode(o->seed);
     dSetMessageHandler(ignore_message);
     if (!o->json && !o->quiet) print_head();
-    for (size_t k = 0; k < sizeof all_series / sizeof *all_series; k++)
+    for (int k = 0; k < SERIES; k++)
         for (int i = 0; i < SIZES && all_series[k].sizes[i] > 0 && status == COMMAND_DONE; i++) {
             int size = all_series[k].sizes[i];
-            if (size >= o->min_size && size <= o->max_size) status = run_size(o, &all_series[k], size, rows);
+            if (bench_wants_size(o, size)) status = run_size(o, &all_series[k], size, rows);
         }
     dCloseODE();
     json_t *document = json_pack("{s:s, s:s, s:s, s:O}", "command", "bench", "benchmark", "pareto", "size_counts",

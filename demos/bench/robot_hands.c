@@ -27,7 +27,7 @@ static const struct robot {
     {"24 joints, at rest", "scenes/hands/shadow-like-shake.json", false, 6},
     {"24 joints, shaken", "scenes/hands/shadow-like-shake.json", true, 2},
 };
-static const int sizes[] = {1, 4, 16};
+static const int sizes[] = {1, 4, 16, 0};
 
 typedef struct robot_timing {
     int size, bodies, joints, contacts, rounds;
@@ -178,8 +178,10 @@ static json_t *row_document(const struct robot *robot, const robot_timing *t)
 
 command_status bench_robots(const bench_request *o)
 {
+    command_status status = bench_check_sizes(o, (const int *const[]){sizes}, 1);
+    if (status != COMMAND_DONE) return status;
     json_t *rows = json_array();
-    command_status status = rows ? COMMAND_DONE : COMMAND_SYSTEM;
+    if (!rows) status = COMMAND_SYSTEM;
     allocations_count_ode();
     dInitODE2(0);
     bench_seed_ode(o->seed);
@@ -190,9 +192,9 @@ command_status bench_robots(const bench_request *o)
                "%-19s %4s %6s %8s | %9s %9s %7s | %5s %6s %7s\n",
                "", "size", "joints", "contacts", "Pinch us", "quickstep", "/quick", "iter", "alloc", "retried");
     for (size_t r = 0; r < sizeof robots / sizeof *robots; r++) {
-        for (size_t i = 0; i < sizeof sizes / sizeof *sizes && status == COMMAND_DONE; i++) {
+        for (size_t i = 0; sizes[i] > 0 && status == COMMAND_DONE; i++) {
             robot_timing t;
-            if (sizes[i] < o->min_size || sizes[i] > o->max_size) continue;
+            if (!bench_wants_size(o, sizes[i])) continue;
             status = time_robots(&robots[r], sizes[i], o->budget > 0 ? o->budget : 1, &t);
             if (status != COMMAND_DONE) break;
             if (table)

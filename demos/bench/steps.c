@@ -17,8 +17,8 @@ enum { SIZES = 8, SERIES = 3, FIT_FROM = 100 };
 typedef struct series {
     const char *name;
     timing_plan plan;
-    int sizes[SIZES];    /* 0: no more */
-    int worldstep_up_to; /* the largest size at which worldstep settles in some seconds */
+    int sizes[SIZES + 1]; /* 0: no more */
+    int worldstep_up_to;  /* the largest size at which worldstep settles in some seconds */
 } series;
 
 /* A grasp settles in 0.2 s. Pinch settles it, because only Pinch has tangential elasticity. */
@@ -235,8 +235,8 @@ static command_status draw(const char *folder, const benchmark *b, const results
 /* Adds the sizes of a series from the i-th on that the request does not leave out. */
 static void add_later(const bench_request *o, const series *s, int i, timing_progress *p)
 {
-    for (; i < SIZES && s->sizes[i] > 0 && s->sizes[i] <= o->max_size; i++) {
-        if (s->sizes[i] < o->min_size) continue;
+    for (; i < SIZES && s->sizes[i] > 0; i++) {
+        if (!bench_wants_size(o, s->sizes[i])) continue;
         p->later++;
         p->later_size += s->sizes[i];
     }
@@ -259,8 +259,7 @@ static command_status run_series(const bench_request *o, const benchmark *b, con
     plan.threads = o->threads;
     plan.progress = &advance;
     for (int i = 0; i < SIZES && s->sizes[i] > 0; i++) {
-        if (s->sizes[i] < o->min_size) continue;
-        if (s->sizes[i] > o->max_size) break;
+        if (!bench_wants_size(o, s->sizes[i])) continue;
         side_by_side *d = &r->rows[r->count];
         plan.worldstep = s->sizes[i] <= s->worldstep_up_to;
         count_later(o, b, s, i, &advance);
@@ -288,12 +287,20 @@ static void ignore_message(int number, const char *format, va_list arguments)
 
 static command_status run(const bench_request *o, const benchmark *b)
 {
+    const int *lists[SERIES];
+    int listed = 0;
+    while (listed < SERIES && b->series[listed].name) {
+        lists[listed] = b->series[listed].sizes;
+        listed++;
+    }
+    command_status status = bench_check_sizes(o, lists, listed);
+    if (status != COMMAND_DONE) return status;
     results *all = calloc(SERIES, sizeof *all);
     if (!all) {
         command_error("bench", "out of memory");
         return COMMAND_SYSTEM;
     }
-    command_status status = o->plot ? plot_folder("bench", o->plot) : COMMAND_DONE;
+    if (o->plot) status = plot_folder("bench", o->plot);
     int count = 0;
     allocations_count_ode();
     dInitODE2(0);

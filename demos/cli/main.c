@@ -58,8 +58,10 @@ static command_status run(int argc, char **argv)
             print_help(stdout);
         } else if (strcmp(argv[1], "--version") == 0) {
             print_version();
-        } else if (strcmp(argv[1], "--manual") == 0 && argc == 3) {
-            return manual_write(argv[2]);
+        } else if (strcmp(argv[1], "--manual") == 0) {
+            if (argc == 3) return manual_write(argv[2]);
+            terminal_print(stderr, "pinch: --manual takes one folder; pinch --help says more\n");
+            return COMMAND_BAD_INPUT;
         } else {
             terminal_print(stderr, "pinch: unknown command \"%s\"; pinch --help lists them\n",
                            argv[help && argc == 3 ? 2 : 1]);

@@ -196,6 +196,18 @@ static void sizes_out_of_range_are_refused(void **state)
         assert_non_null(strstr(r.err, wrong[k][0]));
         program_free(&r);
     }
+    static const struct {
+        char *name, *least, *expected;
+    } none[] = {{"hands", "11", "of hands, which are 1, 10, 100, 1000, 10000\n"},
+                {"pareto", "50", "of pareto, which are 1, "},
+                {"robots", "5", "of robots, which are 1, 4, 16\n"}};
+    for (int k = 0; k < 3; k++) {
+        program_result r = PINCH(NULL, "bench", none[k].name, "--min-size", none[k].least, "--max-size", none[k].least);
+        assert_int_equal(r.status, 2);
+        assert_string_equal(r.out, "");
+        assert_non_null(strstr(r.err, none[k].expected));
+        program_free(&r);
+    }
 }
 
 static void options_without_a_meaning_are_refused(void **state)
