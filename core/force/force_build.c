@@ -243,6 +243,7 @@ bool pinch_force_system_build(pinch_arena *arena, pinch_problem *problem, const 
                               pinch_force_system *s)
 {
     *s = (pinch_force_system){.step = problem->step, .orders = s->orders};
+    s->bodies = problem->bodies;
     s->mobility = mobility;
     s->dependent_rows = mobility->dependent_count > 0;
     s->kept_rows = mobility->kept_count > 0;

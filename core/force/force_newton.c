@@ -251,11 +251,19 @@ static bool at_goal(const pinch_force_system *s, double merit, double goal)
     return s->row_missed <= SETTLED.speed || merit <= fmax(ROUNDING, rounding);
 }
 
+/* Returns the tolerance of a merit, or what rounding leaves of it. */
+static double reached(const pinch_force_system *s, const pinch_solver_settings *settings, double merit)
+{
+    double tolerance = fmax(settings->tolerance, pinch_force_rounding(s));
+    return merit <= tolerance || !isfinite(merit) ? tolerance : fmax(tolerance, pinch_force_rounding_of_motion(s));
+}
+
 /* Takes steps until the merit is as precise as wanted, or at the goal, or nothing is gained any more. Returns false
  * when memory ran out. */
 static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, precision wanted,
                     int limit, double *merit, int *steps)
 {
+    enum { MANY = 8 };
     watchdog w = {.least = *merit, .near = sqrt(settings->tolerance)};
     while (!at_goal(s, *merit, settings->goal) && *steps < limit) {
         if (precise(s, *merit, settings->tolerance, wanted) &&
@@ -271,6 +279,7 @@ static bool descend(pinch_arena *arena, pinch_force_system *s, const pinch_solve
         bool creeps = w.waited > PATIENCE && next < w.near && !s->in_contacts;
         *merit = creeps ? leave_circle(s, &w) : next;
         ++*steps;
+        if (*steps % MANY == 0 && *merit <= pinch_force_rounding_of_motion(s)) return true;
     }
     return true;
 }
@@ -302,7 +311,7 @@ static bool run(pinch_arena *arena, pinch_force_system *s, const pinch_solver_se
     *merit = pinch_force_evaluate(s);
     if (!descend(arena, s, settings, s->dependent_rows ? APPROACHED : SOLVED, limit, merit, steps)) return false;
     if (!approach_rows(arena, s, settings, limit, merit, steps)) return false;
-    double tolerance = fmax(settings->tolerance, pinch_force_rounding(s));
+    double tolerance = reached(s, settings, *merit);
     if (!(*merit <= tolerance && *merit > 0)) return true;
     double settled = settle_beside_rows(s, *merit);
     if (!precise(s, settled, tolerance, SETTLED) && !at_goal(s, *merit, settings->goal)) {
@@ -336,7 +345,7 @@ static bool run_in_contacts(pinch_arena *arena, pinch_force_system *s, const pin
     bool ran = run(arena, s, settings, limit, merit, steps);
     s->in_contacts = false;
     if (!ran) return false;
-    double tolerance = fmax(settings->tolerance, pinch_force_rounding(s));
+    double tolerance = reached(s, settings, *merit);
     *done = !(*merit <= tolerance) && !s->joints->bounded;
     pinch_force_satisfy_rows(s, true);
     *merit = pinch_force_evaluate(s);
@@ -370,7 +379,7 @@ bool pinch_force_newton(pinch_arena *arena, pinch_force_system *s, const pinch_s
         if (s->kept_rows && !pinch_force_begin_rows(arena, s)) return false;
         if (!run(arena, s, settings, limit, &merit, &steps)) return false;
     }
-    double tolerance = fmax(settings->tolerance, pinch_force_rounding(s));
+    double tolerance = reached(s, settings, merit);
     result->iterations = result->newton_steps = steps;
     result->residual = merit;
     result->status = merit <= tolerance ? PINCH_SOLVE_CONVERGED

@@ -21,7 +21,9 @@
 #include "force/force_system.h"
 
 #include "support/extremes.h"
+#include "support/vec3.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -44,6 +46,27 @@ double pinch_force_rounding(const pinch_force_system *s)
     for (int i = 0; i < s->multiplier_count && s->dependent_rows; i++)
         most = pinch_larger(fabs(s->multipliers[i].y), most);
     return ROUNDING * most / s->scale;
+}
+
+double pinch_force_rounding_of_motion(const pinch_force_system *s)
+{
+    static const double ROUNDINGS = 4 * DBL_EPSILON; /* of a velocity */
+    double most = 0;
+    for (int k = 0; k < s->contact_count && s->bodies; k++) {
+        const pinch_force_element *e = &s->elements[k];
+        const pinch_contact *c = e->contact;
+        double speed = pinch_v3_norm(c->surface_velocity), arm[3];
+        for (int side = 0; side < 2; side++) {
+            int number = side ? c->body2 : c->body1;
+            if (number < 0) continue;
+            const pinch_body *b = &s->bodies[number];
+            pinch_v3_sub(c->position, b->position, arm);
+            speed += pinch_v3_norm(b->velocity) + pinch_v3_norm(b->velocity + 3) * pinch_v3_norm(arm);
+        }
+        double rho = *pinch_force_values(e, PINCH_FORCE_RHO);
+        most = pinch_larger(sqrt(s->step * rho) * speed, most); /* in the merit, a force has the weight sqrt(h / rho) */
+    }
+    return ROUNDINGS * most / s->scale;
 }
 
 /* Is the multiplier of a row that is not at a bound? Those between two bounds are not large. */

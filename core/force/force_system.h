@@ -122,6 +122,7 @@ typedef struct pinch_force_system {
     pinch_force_partial *partials; /* per chunk of elements: scratch */
     int *meet_first, *meets;       /* with a crew, per cluster: its elements in their order, as 2 k for block 0 of
                                     * element k and 2 k + 1 for block 1; otherwise NULL */
+    const pinch_body *bodies;      /* the problem's; NULL: none move */
     const pinch_mobility *mobility;
     int element_count, contact_count, multiplier_count;
     pinch_force_element *elements;     /* the contacts first, in their order */
@@ -352,6 +353,9 @@ pinch_force_pass_kind pinch_force_next_pass(pinch_force_system *system, double m
                                             pinch_force_passes *passes);
 /* Returns the least that the merit's root can come to beside multipliers of the size that they have. */
 double pinch_force_rounding(const pinch_force_system *system);
+/* Returns the least that it can come to beside the velocities that contacts are made of: bodies that move together
+ * press each other with next to nothing, and the rounding of their momentum may be more than a tolerance of that. */
+double pinch_force_rounding_of_motion(const pinch_force_system *system);
 
 /* force_conductance.c */
 

@@ -1,8 +1,9 @@
 /*
  * A block that is moved by its pose alone shoves a box along the ground at --speed, or lifts it with --lift 1. It has
  * no velocity, with --kinematic 1 as a body, with --kinematic 2 a small spin. --plane 1: a plane in the block's place.
- * --every N: the pose is set in every N-th step only. --jump D: it is set once, by D m. Prints how far the box's centre
- * is ahead of where the block would carry it without an overlap, m, and its speed along the way, m/s.
+ * --weightless 1: without gravity and ground. --every N: the pose is set in every N-th step only. --jump D: it is set
+ * once, by D m. Prints how far the box's centre is ahead of where the block would carry it without an overlap, m, and
+ * its speed along the way, m/s.
  */
 #include "sim.h"
 
@@ -36,7 +37,9 @@ int main(int argc, char **argv)
     sim *s = sim_open(argc, argv, 0.005, 200);
     speed = sim_value(s, "speed", 0.2);
     lift = sim_value(s, "lift", 0) != 0;
-    if (!lift) sim_ground(s);
+    bool weightless = sim_value(s, "weightless", 0) != 0;
+    if (weightless) dWorldSetGravity(s->world, 0, 0, 0);
+    if (!lift && !weightless) sim_ground(s);
     jump = sim_value(s, "jump", 0);
     plane = sim_value(s, "plane", 0) != 0;
     every = (long)sim_value(s, "every", 1);
