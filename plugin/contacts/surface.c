@@ -186,13 +186,13 @@ static void set_friction(const pinch_surface *s, const pinch_surface_conditions 
     set_limit(s, conditions, 2, &c->torsional_friction, &c->friction_limit[2]);
 }
 
-void pinch_surface_limit_friction(const pinch_surface *s, pinch_contact *c)
+void pinch_surface_limit_friction(const pinch_surface *s, double size, pinch_contact *c)
 {
     double *const coefficients[5] = {&c->friction[0], &c->friction[1], &c->torsional_friction, &c->rolling_friction[0],
                                      &c->rolling_friction[1]};
     for (int i = 0; i < 5; i++) {
         if (!isinf(s->friction[i])) continue;
-        *coefficients[i] = INSIDE;
+        *coefficients[i] = i < 2 ? INSIDE : INSIDE * size;
         c->friction_limit[i] = 0;
     }
 }

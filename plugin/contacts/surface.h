@@ -46,7 +46,8 @@ void pinch_surface_tangent(const double *normal, double *tangent);
 double pinch_surface_apply(const pinch_step_context *context, const pinch_surface *surface,
                            pinch_surface_conditions *conditions, pinch_contact *contact);
 
-/* Limits friction that the surface leaves without a limit, where bodies are in each other. */
-void pinch_surface_limit_friction(const pinch_surface *surface, pinch_contact *contact);
+/* Limits friction that the surface leaves without a limit, where bodies are in each other. size: of the smaller geom, m
+ */
+void pinch_surface_limit_friction(const pinch_surface *surface, double size, pinch_contact *contact);
 
 #endif

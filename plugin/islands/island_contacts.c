@@ -67,7 +67,7 @@ static void choose_tangent(const pinch_step_context *context, const pinch_contac
 /*
  * Bodies that are deeper in each other than this part of the smaller geom are not in touch: their overlaps point all
  * ways. Friction without a limit would lock each in what the others leave, for good, as soon as the solution is exact.
- * So it has a limit there.
+ * So it has a limit there. A plane pushes one way only, and locks nothing.
  */
 static const double IN_EACH_OTHER = 0.05;
 
@@ -81,6 +81,14 @@ typedef struct pair_law {
     double deepest;  /* likewise: the depth of its deepest point, m */
     double came_in;  /* out: the most of all points */
 } pair_law;
+
+static bool has_plane(const pinch_pair *pair)
+{
+    bool found = false;
+    for (int side = 0; side < 2; side++)
+        found = found || (pair->id[side] && dGeomGetClass(pair->id[side]) == dPlaneClass);
+    return found;
+}
 
 static double mobility_of(const pinch_pair *pair)
 {
@@ -290,7 +298,7 @@ static void fill_pairs(void *argument, int first, int end)
             fill_contact(context, contacts, bodies, pair, &law, &pair->manifold.point[k],
                          &filled[pair->first_in_island + k]);
         pair->came_in = law.came_in;
-        pair->is_in = law.deepest > IN_EACH_OTHER * law.size;
+        pair->is_in = law.deepest > IN_EACH_OTHER * law.size && !has_plane(pair);
         if (pair->is_in) atomic_store_explicit(&task->is_in, true, memory_order_relaxed);
     }
 }
@@ -319,7 +327,7 @@ static void limit_friction_inside(const fill_task *task)
         if (pair->has_material || !(pair->is_in || (first && second && first->is_in && second->is_in))) continue;
         for (int k = 0; k < pair->manifold.count; k++)
             pinch_surface_limit_friction(&store->surfaces.items[pair->manifold.point[k].own->surface].surface,
-                                         &task->filled[pair->first_in_island + k]);
+                                         pinch_pair_size(store, pair), &task->filled[pair->first_in_island + k]);
     }
 }
 

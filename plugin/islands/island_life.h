@@ -128,8 +128,8 @@ void pinch_leave_unsolved(pinch_contact_store *contacts, pinch_island *island);
 /* push_out.c: lets contacts as they came push and bounce at these parts of the velocity that they ask for. */
 void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace, double bounce,
                          pinch_problem *problem);
-/* push_out.c: tells whether contacts put so much in that those who drive bodies on are to be held back. */
-bool pinch_push_runs_away(const pinch_island *island);
+/* push_out.c: returns what contacts may put in (J) before those who drive bodies on are held back. */
+double pinch_most_of_drivers(const pinch_island *island);
 /* push_out.c: lets contacts that drive bodies on, as they came, do so at this part of their velocity. */
 void pinch_slow_drivers(const pinch_contact_store *contacts, const pinch_island *island, double pace,
                         pinch_problem *problem);

@@ -242,7 +242,8 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
                             const pinch_island_graph *graph, pinch_joint_store *joints, pinch_solver_thread *thread,
                             pinch_problem *problem, pinch_island *island)
 {
-    enum { TRIES = 4, WITH_DRIVERS = TRIES + 2 };
+    enum { TRIES = 4, WITH_DRIVERS = TRIES + 2 }; /* the last two hold drivers back */
+    static const double NEARLY = 0.9;
     pinch_island_joints *j = &island->joints;
     const pinch_step_bodies *bodies = &graph->bodies;
     bool jointed = j->joint_rows > 0, known = !jointed || joints_are_known(joints, island), last = false;
@@ -269,12 +270,13 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
         bool put_in = joints_put_too_much_in(context, joints, graph, problem, island);
         if (pushes) pinch_judge_push(context, contacts, bodies, problem, island);
         bool pushed_in = pushes && !(island->push_work <= island->push_limit);
-        bool runs_away = pushed_in && pinch_push_runs_away(island);
+        double of_drivers = pinch_most_of_drivers(island);
+        bool runs_away = pushed_in && p.let_go && island->push_work > of_drivers;
         if ((!put_in && !pushed_in) || last || try == WITH_DRIVERS || (jointed && !isfinite(j->work)) || !known) break;
         if (try >= TRIES && !runs_away) break;
         p.let_go = p.let_go || (pushed_in && p.pace == 0);
         if (pushed_in) p.bounce = p.pace = slower(p.pace, island->push_limit, island->push_work, try >= TRIES - 2);
-        if (try >= TRIES) p.drivers = slower(p.drivers, island->push_limit, island->push_work, try > TRIES);
+        if (try >= TRIES) p.drivers = try > TRIES ? 0 : NEARLY * sqrt(of_drivers / island->push_work);
         push_at(context, contacts, bodies, problem, island, &p);
         if (!put_in) continue;
         double pace = slower(j->pace, j->energy + j->lifting, j->work, try >= TRIES - 2);

@@ -41,8 +41,8 @@
  * Contacts whose partner drives them on are not judged: a bat gives a ball what it likes. But nothing is as strong as a
  * body that is moved whatever it meets. Where it presses others against a wall, they may have no way out but at many
  * times its speed, or none at all, and are shot out. So where hard contacts have let go, and bodies would still get
- * more than a long lever gives them, or with joints a gear, drivers are held back, too: they go into the bodies
- * instead.
+ * more energy than if a long lever moved them all, or with joints a gear, drivers are held back to that: they go into
+ * the bodies instead.
  *
  * Islands part and merge, bodies stay. So the balance is kept by body, in equal parts. It may be negative, down to what
  * overlaps have asked for.
@@ -397,7 +397,7 @@ void pinch_close_push(const pinch_step_context *context, const pinch_problem *pr
     island->push_balance = balance > 0 ? LEFT * balance : fmin(balance + fall, 0);
     if (fabs(island->push_balance) < fall) island->push_balance = 0;
     bool easy = island->push_work <= EASY * island->push_limit;
-    island->push_pace = jointed && easy ? fmin(fmax(FASTER * pace, LEAST), 1) : jointed ? pace : 1;
+    island->push_pace = jointed ? fmin(fmax(easy ? FASTER * pace : pace, LEAST), 1) : 1;
 }
 
 void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace, double bounce,
@@ -412,11 +412,11 @@ void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island
     }
 }
 
-bool pinch_push_runs_away(const pinch_island *island)
+double pinch_most_of_drivers(const pinch_island *island)
 {
     static const double MOST_OF_A_LEVER = 10, MOST_OF_A_GEAR = 50;
     double most = island->joints.joint_rows > 0 ? MOST_OF_A_GEAR : MOST_OF_A_LEVER;
-    return island->push_work > island->push_limit + most * most * island->surface_limit;
+    return island->surface_limit > 0 ? island->push_limit + most * most * island->surface_limit : INFINITY;
 }
 
 void pinch_slow_drivers(const pinch_contact_store *contacts, const pinch_island *island, double pace,

@@ -369,6 +369,9 @@ static void nothing_is_shot_out_of_a_press(void **state)
         double speed = SPEED / 0.8 * ratios[i]; /* the plate's edge is at 0.8 of the short arm */
         assert_close(number_of(true, words, "end_speed"), speed, 0.01 * speed);
     }
+    /* the plate is held back to what a gear gives, and not stopped */
+    double geared = number_of(true, "pressed --lever 150", "end_speed");
+    assert_true(geared > 50 * SPEED && geared < SPEED / 0.8 * 150);
 }
 
 /* Errors of position are taken back against gravity: of loops whose stops are moved, and of a chain that was torn. */
