@@ -70,7 +70,7 @@ static const double STIFF = 0.01;
 /* Where joints press contacts into each other they do so for long, and each try costs. There the next step begins at
  * the pace of the last, faster by this factor where it put in less than this part of what it might, and at this pace at
  * least. */
-static const double FASTER = 2, EASY = 0.25, LEAST = 0.01;
+static const double FASTER = 2, EASY = 0.25, LEAST = 0.1;
 
 /* Goes through an island's contacts in the order in which its problem has them. */
 typedef struct walk {
