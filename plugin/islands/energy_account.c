@@ -167,7 +167,7 @@ static pinch_joint_account *find_or_add(pinch_joint_accounts *a, dBodyID body, l
     if (a->count == a->room) sweep(a, now);
     if (!PINCH_RESERVE(*a, a->count + 1)) return NULL; /* without memory it is new again in the next step */
     if (!pinch_item_index_add(&a->index, keys_of(a), &body, a->count)) return NULL;
-    a->items[a->count] = (pinch_joint_account){.body = body, .pace = 1};
+    a->items[a->count] = (pinch_joint_account){.body = body, .pace = 1, .push_pace = 1};
     return &a->items[a->count++];
 }
 

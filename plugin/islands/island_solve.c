@@ -243,7 +243,7 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
                             pinch_problem *problem, pinch_island *island)
 {
     enum { TRIES = 4, WITH_DRIVERS = TRIES + 2 }; /* the last two hold drivers back */
-    static const double NEARLY = 0.9;
+    static const double NEARLY = 0.9; /* what they give goes with the square of their pace, if nothing else moves */
     pinch_island_joints *j = &island->joints;
     const pinch_step_bodies *bodies = &graph->bodies;
     bool jointed = j->joint_rows > 0, known = !jointed || joints_are_known(joints, island), last = false;

@@ -99,15 +99,16 @@ static double speed_into(const pinch_contact *c, const pinch_own_law *own)
     return fmax(-(c->surface_velocity[0] + own->rebound), own->led);
 }
 
-/* Tells whether a contact is judged: it is none of a fingertip, and no partner drives it on. */
-static bool is_hard(const pinch_contact *c, const pinch_own_law *own)
-{
-    return c->may_soften && speed_into(c, own) <= 0;
-}
-
+/* Tells whether a partner drives the contact on. One of a fingertip is none of these. */
 static bool is_driven(const pinch_contact *c, const pinch_own_law *own)
 {
     return c->may_soften && speed_into(c, own) > 0;
+}
+
+/* Tells whether a contact is judged: it is none of a fingertip, and no partner drives it on. */
+static bool is_hard(const pinch_contact *c, const pinch_own_law *own)
+{
+    return c->may_soften && !is_driven(c, own);
 }
 
 /* Returns the velocity (m/s) at which the overlap of a contact is to be taken back. */
