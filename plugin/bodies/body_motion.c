@@ -228,6 +228,6 @@ void pinch_move_body(dBodyID body, const double gravity[3], double h, pinch_inve
 
 void pinch_tell_geoms(dBodyID body)
 {
-    const double *x = dBodyGetPosition(body);
-    dBodySetPosition(body, x[0], x[1], x[2]); /* where it is */
+    for (dGeomID geom = dBodyGetFirstGeom(body); geom; geom = dBodyGetNextGeom(geom))
+        dGeomSetBody(geom, body); /* its own: ODE takes it for moved, and writes nothing into the body */
 }

@@ -153,6 +153,7 @@ typedef struct pinch_contact_store {
     /* what is still as in the last step, as far as the contacts handed over so far tell */
     bool same_places; /* pairs are where they were in their list, or their contacts know where they are */
     bool same_bodies; /* pairs are between the bodies they were between */
+    bool same_points; /* and have as many points as when islands were built; known when they are up to date */
     bool unchanged;   /* all contacts are those of the last step, to the bit, and nothing moves them */
 
     mtx_t workers_lock; /* held while a worker takes blocks from the pools or gives them back, or has ODE compute the

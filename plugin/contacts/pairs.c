@@ -230,7 +230,7 @@ typedef struct update_task {
     pinch_contact_store *store;
     const pinch_ode_settings *settings;
     bool threaded;
-    atomic_bool out_of_memory;
+    atomic_bool out_of_memory, other_points; /* a pair has more or fewer points than when islands were built */
 } update_task;
 
 /* ODE computes the pose of a geom with an offset when it is first asked for, which several threads must not do at once.
@@ -311,6 +311,7 @@ static void update_pairs(void *context, int worker, int first, int end)
 {
     update_task *task = context;
     pinch_pair *pairs = task->store->pairs.items;
+    bool same_points = true;
     for (int i = first; i < end; i++) {
         if (i + AHEAD < end) {
             const pinch_pair *later = &pairs[i + AHEAD], *next = &pairs[i + AHEAD / 2];
@@ -320,18 +321,22 @@ static void update_pairs(void *context, int worker, int first, int end)
         pinch_pair *pair = &pairs[i];
         pair->unchanged = is_unchanged(pair);
         if (!pair->unchanged && !update_pair(task, worker, pair)) atomic_store(&task->out_of_memory, true);
+        same_points = same_points && pair->points_when_built == pair->manifold.count;
     }
+    if (!same_points) atomic_store(&task->other_points, true);
 }
 
 bool pinch_pairs_update(pinch_contact_store *store, const pinch_step_context *context, pinch_workers *workers)
 {
     enum { PAIRS_AT_A_TIME = 32 };
     store->unchanged = store->unchanged && store->buffer.count == store->buffered_before;
+    store->same_points = store->unchanged;
     if (store->unchanged) return true;
     if (drop_pairs(store, -1, context->number)) store->same_bodies = false;
     store->buffered_before = store->same_places ? store->buffer.count : -1;
     store->directions_before = store->same_places ? store->directions.count : -1;
-    update_task task = {store, &context->settings, workers != NULL, false};
+    update_task task = {store, &context->settings, workers != NULL, false, false};
     pinch_workers_run(workers, update_pairs, &task, store->pairs.count, PAIRS_AT_A_TIME);
+    store->same_points = !task.other_points;
     return !task.out_of_memory;
 }

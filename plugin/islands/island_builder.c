@@ -256,9 +256,7 @@ static void keep_references_at_rest(const pinch_island_graph *graph, pinch_joint
 static bool island_cache_valid(pinch_island_graph *graph, const pinch_contact_store *contacts,
                                const pinch_joint_store *joints)
 {
-    if (!contacts->same_bodies || graph->sleepers || !same_handed_bodies(graph)) return false;
-    for (int i = 0; i < contacts->pairs.count && !contacts->unchanged; i++)
-        if (contacts->pairs.items[i].points_when_built != contacts->pairs.items[i].manifold.count) return false;
+    if (!contacts->same_bodies || !contacts->same_points || graph->sleepers || !same_handed_bodies(graph)) return false;
     return pinch_same_joints_and_bodies(joints, &graph->bodies, contacts);
 }
 

@@ -218,12 +218,11 @@ static void for_each_moved(const pinch_island_graph *graph, const pinch_island *
     }
 }
 
-/* Of a body its place is needed, and which geom it has, which ODE keeps in the first two lines. Another thread may have
- * moved the body: what is not needed stays in that one's cache. */
-static void prefetch_place(dBodyID body)
+/* Of a body it is needed which geom it has, which ODE keeps in the first two lines. Another thread may have moved the
+ * body: what is not needed stays in that one's cache. */
+static void prefetch_first_geom(dBodyID body)
 {
     pinch_prefetch(body, 2 * PINCH_CACHE_LINE);
-    pinch_prefetch_to_write(dBodyGetPosition(body), 3 * sizeof(double));
 }
 
 /* Which geom a body has stands in the body, which therefore is asked for one island earlier. What ODE reads of a geom
@@ -241,7 +240,7 @@ void pinch_tell_geoms_of_islands(const pinch_island_graph *graph, bool ahead)
         if (b->by_pinch && b->tie) pinch_tell_geoms(b->body);
     }
     for (int k = graph->count - 1; k >= 0; k--) {
-        if (ahead && k >= 2) for_each_moved(graph, &graph->items[k - 2], prefetch_place);
+        if (ahead && k >= 2) for_each_moved(graph, &graph->items[k - 2], prefetch_first_geom);
         if (ahead && k >= 1) for_each_moved(graph, &graph->items[k - 1], prefetch_geom);
         for_each_moved(graph, &graph->items[k], pinch_tell_geoms);
     }

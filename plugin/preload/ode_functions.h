@@ -21,9 +21,9 @@
     X(dBodySetTorque) X(dBodyVectorFromWorld) X(dBodyVectorToWorld) X(dDQfromW) X(dGeomBoxGetLengths)                  \
     X(dGeomCapsuleGetParams) X(dGeomCylinderGetParams) X(dGeomGetAABB) X(dGeomGetBody) X(dGeomGetClass)                \
     X(dGeomGetClassData) X(dGeomGetPosition) X(dGeomGetRotation) X(dGeomIsOffset) X(dGeomIsSpace)                      \
-    X(dGeomPlaneGetParams) X(dGeomRayGet) X(dGeomRayGetLength) X(dGeomSphereGetRadius) X(dGeomTransformGetGeom)        \
-    X(dGeomTransformGetInfo) X(dGeomTriMeshGetTriangle) X(dGeomTriMeshGetTriangleCount) X(dGetDebugHandler)            \
-    X(dInvertPDMatrix) X(dSetDebugHandler)                                                                             \
+    X(dGeomPlaneGetParams) X(dGeomRayGet) X(dGeomRayGetLength) X(dGeomSetBody) X(dGeomSphereGetRadius)                 \
+    X(dGeomTransformGetGeom) X(dGeomTransformGetInfo) X(dGeomTriMeshGetTriangle) X(dGeomTriMeshGetTriangleCount)       \
+    X(dGetDebugHandler) X(dInvertPDMatrix) X(dSetDebugHandler)                                                         \
     X(dJointCreateNull) X(dJointDisable) X(dJointEnable) X(dJointGetAMotorAngle) X(dJointGetAMotorAxis)                \
     X(dJointGetAMotorMode) X(dJointGetAMotorNumAxes) X(dJointGetAMotorParam) X(dJointGetBallAnchor)                    \
     X(dJointGetBallAnchor2) X(dJointGetBallParam) X(dJointGetBody) X(dJointGetDBallAnchor1) X(dJointGetDBallAnchor2)   \
