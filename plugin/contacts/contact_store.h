@@ -54,6 +54,7 @@ typedef struct pinch_led_pair {
     long seen_step;    /* the last in which it was solved */
     double seen_depth; /* of its deepest point then, m */
     double seen_normal[3];
+    double apart;  /* of its bodies' centres along that normal at the end of that step, m */
     double way;    /* m, > 0: by which it last came in deeper than velocities explain; 0: never */
     long way_step; /* the step in which that was */
     long steps;    /* from the way before to that one; 0: there was none, or long before */
@@ -233,6 +234,17 @@ static inline void pinch_prefetch_island_pairs(const pinch_contact_store *store,
     pinch_prefetch_points(next);
     if (reads & PINCH_READS_RESULTS) pinch_prefetch_results(store, next);
     if (reads & PINCH_READS_OWN_LAWS) pinch_prefetch_own_laws(pinch_island_pair(store, range, k + LAWS));
+}
+
+/* Returns how far the centres of a pair's bodies are from each other along the normal that it was last seen with, m. */
+static inline double pinch_pair_apart(const pinch_pair *pair)
+{
+    double apart = 0;
+    for (int side = 0; side < 2; side++) {
+        const double *x = pair->body[side] ? dBodyGetPosition(pair->body[side]) : NULL;
+        for (int i = 0; i < 3 && x; i++) apart += (side ? -1 : 1) * pair->led.seen_normal[i] * x[i];
+    }
+    return apart;
 }
 
 /* Returns the size of the smaller side of a pair, m. */

@@ -213,6 +213,7 @@ static void carry_pair(const pinch_contact_store *contacts, const pinch_step_bod
     pair_motion motion;
     pair_slip slip = {0, {0, 0, 0}, 0};
     find_motion(pair, h, &motion);
+    if (!pair->has_material) pair->led.apart = pinch_pair_apart(pair);
     pinch_v3_copy(pair->turned, motion.differs);
     for (int k = 0; k < pair->manifold.count; k++) {
         pinch_manifold_point *point = &pair->manifold.point[k];

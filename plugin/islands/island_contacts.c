@@ -149,7 +149,8 @@ static double parting_velocity(const pinch_pair *pair, const double *position, c
  * each step, or in every tenth, or change a shape: the overlap then grows by more than the velocities explain with
  * which the bodies have moved. What happens once, as where a body is set down in another one, is no motion. In a jam
  * overlaps jump as well, as the collider finds another way out of them, but neither steadily nor in one direction.
- * Between two bodies that move by themselves nothing leads.
+ * Between two bodies that move by themselves overlaps jump more often, and only what the program has moved counts: the
+ * centres are not where the last step has left them.
  */
 static void see_what_leads(const pinch_step_context *context, pinch_pair *pair, double size)
 {
@@ -159,16 +160,14 @@ static void see_what_leads(const pinch_step_context *context, pinch_pair *pair, 
     const pinch_manifold_point *deepest = &pair->manifold.point[0];
     pinch_led_pair *led = &pair->led;
     if (led->seen_step == context->number) return;
-    if (pair->step_body[0] >= 0 && pair->step_body[1] >= 0) {
-        led->speed = 0;
-        return;
-    }
     for (int k = 1; k < pair->manifold.count; k++)
         if (pair->manifold.point[k].depth > deepest->depth) deepest = &pair->manifold.point[k];
     bool may_be_led = pair->buffered_before > 0 && deepest->depth > LEAST_WAY * size &&
                       pinch_v3_dot(deepest->normal, led->seen_normal) > SAME_WAY;
     double way = 0;
-    if (may_be_led)
+    if (may_be_led && pair->step_body[0] >= 0 && pair->step_body[1] >= 0)
+        way = led->apart - pinch_pair_apart(pair);
+    else if (may_be_led)
         way =
             deepest->depth - led->seen_depth + context->h * parting_velocity(pair, deepest->position, deepest->normal);
     long steps = context->number - led->way_step;

@@ -180,6 +180,7 @@ static void archive_pair(pinch_archive *a, pinch_contact_store *store, pinch_pai
     PINCH_ARCHIVE(a, pair->led.seen_step);
     PINCH_ARCHIVE(a, pair->led.seen_depth);
     PINCH_ARCHIVE(a, pair->led.seen_normal);
+    PINCH_ARCHIVE(a, pair->led.apart);
     PINCH_ARCHIVE(a, pair->led.way);
     PINCH_ARCHIVE(a, pair->led.way_step);
     PINCH_ARCHIVE(a, pair->led.steps);

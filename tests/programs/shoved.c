@@ -1,9 +1,10 @@
 /*
  * A block that is moved by its pose alone shoves a box along the ground at --speed, or lifts it with --lift 1. It has
- * no velocity, with --kinematic 1 as a body, with --kinematic 2 a small spin. --plane 1: a plane in the block's place.
- * --weightless 1: without gravity and ground. --every N: the pose is set in every N-th step only. --jump D: it is set
- * once, by D m. Prints how far the box's centre is ahead of where the block would carry it without an overlap, m, and
- * its speed along the way, m/s.
+ * no velocity, with --kinematic 1 as a body, with --kinematic 2 a small spin; with --dynamic M it is a body of M kg
+ * that is put back to its place, at rest, in each step. --plane 1: a plane in the block's place. --weightless 1:
+ * without gravity and ground. --every N: the pose is set in every N-th step only. --jump D: it is set once, by D m.
+ * Prints how far the box's centre is ahead of where the block would carry it without an overlap, m, and its speed along
+ * the way, m/s.
  */
 #include "sim.h"
 
@@ -20,6 +21,16 @@ static double way_at(double time)
     return -0.5 * SIZE + (jump > 0 ? jump * (time > 0.1) : speed * time);
 }
 
+static void put(double x, double z)
+{
+    static const dMatrix3 UPRIGHT = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    dBodySetPosition(carrier, x, 0, z);
+    if (dBodyIsKinematic(carrier)) return;
+    dBodySetRotation(carrier, UPRIGHT);
+    dBodySetLinearVel(carrier, 0, 0, 0);
+    dBodySetAngularVel(carrier, 0, 0, 0);
+}
+
 static void move_block(sim *s)
 {
     if (s->step % every != 0) return;
@@ -27,7 +38,7 @@ static void move_block(sim *s)
     if (plane)
         dGeomPlaneSetParams(block, 1, 0, 0, way);
     else if (carrier)
-        dBodySetPosition(carrier, x, 0, z);
+        put(x, z);
     else
         dGeomSetPosition(block, x, 0, z);
 }
@@ -49,6 +60,15 @@ int main(int argc, char **argv)
         carrier = dBodyCreate(s->world);
         dBodySetKinematic(carrier);
         if (kind == 2) dBodySetAngularVel(carrier, 1e-9, 0, 0);
+        dGeomSetBody(block, carrier);
+    }
+    double mass = sim_value(s, "dynamic", 0);
+    if (mass > 0) {
+        carrier = dBodyCreate(s->world);
+        dMass of_block;
+        dMassSetBoxTotal(&of_block, mass, SIZE, 4 * SIZE, SIZE);
+        dBodySetMass(carrier, &of_block);
+        dBodySetGravityMode(carrier, 0);
         dGeomSetBody(block, carrier);
     }
     dBodyID box = sim_box(s, 1, SIZE, SIZE, SIZE, 0, 0, 0.5 * SIZE);
