@@ -275,12 +275,12 @@ bool pinch_force_condensed_step(pinch_force_system *s)
     int acting = 0, size = 0;
     for (int place = 0; place < s->element_count; place++) {
         int k = c->order[place];
-        if (!pinch_force_eliminate(&s->elements[k], s->begins)) return false;
+        if (!pinch_force_eliminate(&s->elements[k], s->is_warm_start)) return false;
         if (!s->elements[k].conducts) continue;
         c->acting[acting++] = k;
         size += s->elements[k].rows;
     }
-    s->begins = false;
+    s->is_warm_start = false;
     move_by_others(s, c->scratch);
     for (int a = 0, at = 0; a < acting; at += s->elements[c->acting[a++]].rows) fill_rows(s, a, acting, size, at);
     s->work += pow(size / 6.0, 3) / 3 + s->element_count;

@@ -255,7 +255,7 @@ static bool stiffen(pinch_arena *arena, pinch_force_system *s, const descent *d,
         bool counts = *floor <= PINCH_FORCE_MOST_MISSED && !pinch_force_sinks_far(arena, d->problem, s, d->sinks);
         if (arena->failed) return false;
         d->result->gave_way = d->result->gave_way || !counts;
-        s->stands = counts;
+        s->answer_counts = counts;
         if (counts || *floor <= least) return true;
         bool converged;
         if (!try_stiffer(arena, s, d, fmax(least, *floor / factor), floor, &converged)) return false;

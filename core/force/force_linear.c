@@ -130,7 +130,7 @@ static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
     s->dear = !s->iterative && s->lu.products > worth;
     s->too_large = s->iterative && needed;
     s->last_merit = INFINITY;
-    s->sharper = 1;
+    s->exactness_factor = 1;
     s->elements_kept = s->bounds ? PINCH_ARENA_ARRAY(arena, double, s->lu.value_count) : NULL;
     if (!s->iterative) return (!s->crew || pinch_block_lu_share(arena, &s->lu)) && !arena->failed;
     size_t split = pinch_block_dilu_room(&s->lu), vectors = 6 * (size_t)s->block_first[s->block_count];
@@ -144,7 +144,7 @@ static void eliminate_elements(void *argument, int first, int end)
     bool singular = false, symmetric = true;
     for (int k = first; k < end && !singular; k++) {
         pinch_force_element *e = &s->elements[k];
-        singular = !pinch_force_eliminate(e, s->begins);
+        singular = !pinch_force_eliminate(e, s->is_warm_start);
         symmetric = symmetric && e->symmetric;
         if (!s->meets) pinch_force_add_impulse(e, s->step, pinch_force_values(e, PINCH_FORCE_CHANGE), s->rhs);
     }
@@ -169,7 +169,7 @@ static bool eliminate(pinch_force_system *s)
 {
     memset(s->rhs, 0, sizeof(double) * (size_t)s->block_first[s->block_count]);
     pinch_loop(s->crew, s->element_count, eliminate_elements, s);
-    s->begins = false;
+    s->is_warm_start = false;
     if (pinch_force_any(s)) return false;
     s->lu.symmetric = may_be_symmetric(s) && conductances_are_symmetric(s);
     if (s->meets) pinch_force_add_impulses(s, PINCH_FORCE_CHANGE, s->rhs);
@@ -227,10 +227,10 @@ static void changes_from(pinch_force_system *s)
 static double exactness_of_step(pinch_force_system *s, double merit)
 {
     static const double NEAR = 1e-7, LITTLE = 0.1, SHARPER = 1e-2;
-    if (merit < NEAR && merit > LITTLE * s->last_merit) s->sharper *= SHARPER;
+    if (merit < NEAR && merit > LITTLE * s->last_merit) s->exactness_factor *= SHARPER;
     s->last_merit = merit;
     double usual = fmin(fmax(merit, END / merit), LEAST_EXACT);
-    return fmax(s->sharper * usual, MOST_EXACT);
+    return fmax(s->exactness_factor * usual, MOST_EXACT);
 }
 
 static bool solve_by_iteration(pinch_force_system *s, double exactness)

@@ -267,7 +267,7 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
         *share = fmax(*share, task.found[k].share);
     }
     result->too_soft = *share > MOST_SUNK || result->floor_residual > PINCH_FORCE_MOST_MISSED * largest ||
-                       (!s->stands && bodies_sink(arena, problem, s, task.sinks));
+                       (!s->answer_counts && bodies_sink(arena, problem, s, task.sinks));
     if (arena->failed) return false;
     for (int j = 0; j < problem->row_count; j++) {
         int e = s->element_of_row[j];

@@ -27,7 +27,7 @@ static void start_contacts(void *argument, int first, int end)
 
 void pinch_force_warm_start(pinch_force_system *s, const pinch_problem *problem)
 {
-    s->begins = true;
+    s->is_warm_start = true;
     if (s->base_q) memset(s->base_q, 0, sizeof(double) * (size_t)s->mobility->unknowns);
     pinch_loop(s->crew, s->contact_count, start_contacts, s);
     for (int j = 0; j < problem->row_count; j++) {

@@ -1,22 +1,7 @@
 /*
  * The step of an island with the forces as unknowns, equations (22) to (29) and (54) of core/README.md: for stiff
  * contacts, where the velocity system fails, and for large islands, whose linear systems are sparse here.
- *
- *     force_floors.c        the solve: compliance continuation from floor level to floor level, equation (25)
- *     force_build.c         the system of a problem
- *     force_system.c        its equations and their merit, (22), (23) and (28)
- *     force_newton.c        Newton's method with line search, and Gauss-Seidel sweeps
- *     force_joints.c        the multipliers with which joint rows hold, (61)
- *     force_splitting.c     steps that share their factors, where none of Newton's are to be had, (74)
- *     force_tresca.c        the minimum of a potential, with the limits of friction as given, (73)
- *     force_condensed.c     Newton's steps of a mechanism in its contacts alone, (62)
- *     force_explicit.c      the velocities as unknowns, for a path of solutions, (56)
- *     force_passes.c        the passes that joint rows need which depend on each other, equation (54)
- *     force_conductance.c   one contact eliminated from a Newton step, equation (26)
- *     force_linear.c        the linear system of the bodies that is left, equation (27)
- *     force_assembly.c      its matrix
- *     force_bicgstab.c      its iteration where factors would fill in too much
- *     force_result.c        the answer, as the problem wants it
+ * README.md of this room says what each file does.
  */
 #ifndef PINCH_FORCE_FORCE_SYSTEM_H
 #define PINCH_FORCE_FORCE_SYSTEM_H
@@ -157,9 +142,10 @@ typedef struct pinch_force_system {
     bool given_up;                          /* an approximation is better than what it would go on to */
     bool needs_double;                      /* factors in single precision have failed */
     bool too_large;                         /* a complete factorization is not within the budget */
-    bool stands;                            /* with the answer at hand no body sinks far */
-    bool begins;                            /* no step has been taken since the warm start */
-    double last_merit, sharper; /* where the last iteration began; how much more exact than usual they need be */
+    bool answer_counts;                     /* with the answer at hand no body sinks far */
+    bool is_warm_start;                     /* no step has been taken since the warm start */
+    double last_merit;                      /* where the last iteration began */
+    double exactness_factor;                /* factor by which the tolerance of the linear iteration is tightened */
 
     struct pinch_force_joints *joints; /* NULL where there is no factor, or not yet */
     pinch_force_condensed *condensed;  /* NULL where steps in the contacts alone are not worth it */
@@ -302,7 +288,7 @@ bool pinch_force_split(pinch_arena *arena, pinch_force_system *system, bool *don
 
 /* Tells whether forces have a potential (73) where limits of friction are given, which they have where there are no
  * multipliers, and whether the budget has room for all its steps and what may follow, if they take as long as the
- * `steps` so far; or else there are sweeps. */
+ * `steps` so far. Where they have not, sweeps take over. */
 bool pinch_force_may_give_limits(const pinch_force_system *system, const pinch_solver_settings *settings, int steps);
 
 /*

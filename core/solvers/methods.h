@@ -21,9 +21,6 @@
 
 /* PINCH_INVALID_ARGUMENT when a field is outside the range that solver.h documents. */
 pinch_status pinch_check_solver_settings(const pinch_solver_settings *settings);
-/* True for Newton, and for NSNMGK with its Newton finish. */
-bool pinch_solver_takes_newton_steps(const pinch_solver_settings *settings);
-
 /*
  * What every method for a non-smooth system works on: the current point with its residual, and room for a trial point.
  * A method fills the trial and either accepts it (buffers swap, nothing is copied) or leaves the current point as it
@@ -62,8 +59,9 @@ bool pinch_gradient_step(pinch_iterate *it);
 
 /*
  * Finds the last digits: linearizes and takes full Newton steps while each at least halves ||F||, until ||F|| <= goal,
- * at most `limit` of them. A step that promises to be the last one, by what the step before gained, is taken with the V
- * of that step where the system knows a V that is only nearly right. Returns the number of steps taken.
+ * at most `limit` of them. Without a goal (0), steps go on while each reduces ||F|| by at least a hundredth. A step
+ * that promises to be the last one, by what the step before gained, is taken with the V of that step where the system
+ * knows a V that is only nearly right. Returns the number of steps taken.
  */
 int pinch_newton_polish(pinch_iterate *it, double goal, int limit);
 
@@ -94,7 +92,8 @@ size_t pinch_path_scratch(int size);
  */
 bool pinch_path(const pinch_system *system, const pinch_path_start *start, double *scratch, double *x, int *steps);
 
-/* Doubles of scratch and ints of basis that Lemke's method needs for `size` unknowns. */
+/* Returns the doubles of scratch that Lemke's method needs for `size` unknowns; besides, it needs `size` ints of basis.
+ */
 size_t pinch_lemke_scratch(int size);
 
 /*

@@ -7,7 +7,8 @@
 static const double ARMIJO = 1e-4;
 enum { MAX_HALVINGS = 6 };
 static const double NEARLY_RIGHT = 0.1;
-/* Without a goal a step pays that reduces ||F|| at all: where the norm is rounding, small rows may not be. */
+/* A step pays that leaves at most this part of ||F||. Without a goal little is enough: where the norm is rounding,
+ * small rows may not be. */
 static const double PAYS = 0.5, PAYS_WITHOUT_GOAL = 0.99;
 
 /* ||F|| at the length t along -direction. */

@@ -1,7 +1,8 @@
 /*
  * Follows the path of solutions from a problem that is solved to the one that is not, equations (56) and (57) of
- * core/README.md: (1 - t) (x - a) + t F(x) = 0 from (a, 0) to t = 1, by its arc length, so that t may go back on the
- * way. Newton's method, a line search and an implicit flow all stop where ||F|| has a local minimum; a path has none.
+ * core/README.md: (1 - t) (x - a) / size + t F(x) = 0 from (a, 0) to t = 1, by its arc length, so that t may go back on
+ * the way. Newton's method, a line search and an implicit flow all stop where ||F|| has a local minimum; a path has
+ * none.
  *
  * Points are z = (u, t) with x = a + size u, so that u and t are alike in size.
  */

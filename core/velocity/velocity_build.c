@@ -420,7 +420,7 @@ static bool prepare_order(pinch_arena *arena, pinch_velocity_system *vs)
     bool tree = false;
     for (int c = 0; c < vs->mobility->cluster_count; c++)
         tree = tree || vs->mobility->clusters[c].tree || vs->mobility->clusters[c].space;
-    if (!tree || vs->unknowns <= FEW_UNKNOWNS) return true;
+    if (!tree || vs->unknowns <= PINCH_FEW_UNKNOWNS) return true;
     vs->order = PINCH_ARENA_ARRAY(arena, int, vs->unknowns + 1);
     vs->permuted = PINCH_ARENA_ARRAY(arena, double, vs->unknowns + 1);
     vs->held = PINCH_ARENA_ARRAY(arena, int, vs->rate_count + 1);

@@ -90,7 +90,7 @@ static void linearize(void *self, const double *x)
      * than another step. */
     enum { REMEMBERED_STEPS = 4 };
     pinch_velocity_system *vs = self;
-    int steps = vs->unknowns > FEW_UNKNOWNS ? REMEMBERED_STEPS : 1;
+    int steps = vs->unknowns > PINCH_FEW_UNKNOWNS ? REMEMBERED_STEPS : 1;
     memcpy(vs->frozen, x, sizeof(double) * (size_t)vs->unknowns);
     vs->assembled = vs->softened = false;
     vs->remembered = vs->linearized++ < steps && vs->pull == 0 && pinch_velocity_memory_fits(vs);

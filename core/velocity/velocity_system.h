@@ -13,8 +13,8 @@
 
 #include <stdint.h>
 
-/* So few unknowns are factored sooner than what is zero among them is found out. */
-enum { FEW_UNKNOWNS = 12 };
+/* Systems of at most so many unknowns are factored as dense ones: to find their zeros would take longer. */
+enum { PINCH_FEW_UNKNOWNS = 12 };
 
 /* Of two clusters, each in up to two stretches. */
 enum { PINCH_ELEMENT_BLOCKS = 4 };

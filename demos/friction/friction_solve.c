@@ -7,7 +7,8 @@
 
 enum { AXES = 3, MOST_CORRECTIONS = 20 };
 
-/* Writes W r + q into the contacts' velocities, by the file's own W and q; `file_free` into their q. */
+/* Writes W r + q into the contacts' velocities, by the file's own W and q, and the file's q into their
+ * `free`. */
 static void velocities_of_file(const friction_file *f, pinch_friction_contact *contacts)
 {
     int d = f->dimension;

@@ -201,7 +201,8 @@ static bool is_suspect(const desk *d, const crew_order *order)
     return s->count > 0 && s->first == order->first && s->kind == order->kind && s->value == order->value;
 }
 
-/* What a lost worker held is handed out again, the trial that it was at alone. */
+/* What a lost worker held is handed out again. Where the same trial has ended a worker before, it is recorded as
+ * crashed and not tried again. */
 static bool take_loss(desk *d, const crew_event *event)
 {
     crew_order *held = d->held[event->worker];

@@ -49,7 +49,7 @@ typedef struct results_counts {
 } results_counts;
 bool results_count(results *r, results_counts *counts, results_error *error);
 
-/* Makes the view `results`, after which results_rows gives a row of all trials that are there. */
+/* Makes the view `results`, which results_query can ask for a row of each trial that is there. */
 bool results_make_view(results *r, results_error *error);
 
 /* The rows of a query, one at a time: each row is a list of numbers, texts and nulls. Returns false after a failure;

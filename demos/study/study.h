@@ -66,7 +66,7 @@ typedef struct study_protocol {
     double hold;           /* lift, six-forces: s, >= 0; default 1, 2 */
     double amplitude;      /* shake: m, > 0; default 0.02 */
     double frequency;      /* shake: Hz, > 0; default 3 */
-    bool axes[3];          /* shake: about which of x, y, z; one after the other; default all that there are */
+    bool axes[3];          /* shake: along which of x, y, z; one after the other; default all that there are */
     double time;           /* shake: s, > 0, for each axis; default 2 */
     double force_per_mass; /* six-forces: m/s^2, > 0; default 10 */
 } study_protocol;

@@ -47,8 +47,8 @@ trial_outcome trial_run_once(const study *s, json_t *inputs, int run, const tria
 
 /* trial.c */
 
-/* Runs a trial. The answer has `index`, `inputs`, `status`, `success`, `exit`, `wall_time`, `hash`, `recorded`,
- * `directions` and `errors`, as the tables of the results. dInitODE2 must have been called. */
+/* Runs a trial. The answer has `index`, `inputs`, `status`, `success`, `exit`, `wall_time`, `run_time`, `hash`,
+ * `recorded`, `directions` and `errors`, as the tables of the results. dInitODE2 must have been called. */
 json_t *trial_run(const study *s, long index);
 
 /* The inputs with which a trial alone is what its row is of: those that were drawn and, where the study looks for a

@@ -34,7 +34,7 @@ typedef struct pinch_step_body {
     int contact_joints;           /* the program's contact joints on it that Pinch solves in this step; counted only
                                    * where it has many joints, otherwise 0 */
     bool by_pinch;                /* Pinch moves it in this step, and it is disabled while ODE steps */
-    bool is_in;                   /* scratch: it is in another one; see islands/island_contacts.c */
+    bool overlaps_deeply;         /* scratch: it is in another one; see islands/island_contacts.c */
     /* from here on only for a solved island, but for what tells its island */
     uint64_t rest_bits; /* at rest: a checksum of its orientation and its weight */
     double position[3]; /* at the start of the step */

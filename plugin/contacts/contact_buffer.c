@@ -57,9 +57,7 @@ static pinch_status leave_to_ode(const pinch_step_context *context, const incomi
  * and not where bodies under force control, which have no mass, may belong to the island. */
 static bool surfaces_solvable(const pinch_ode_settings *settings, const pinch_drives *drives)
 {
-    const pinch_solver_settings *s = &settings->solver;
-    bool newton = s->solver == PINCH_SOLVER_NEWTON || (s->solver == PINCH_SOLVER_NSNMGK && s->newton_finish);
-    return newton && settings->faces == 0 && drives->count == 0;
+    return pinch_solver_takes_newton_steps(&settings->solver) && settings->faces == 0 && drives->count == 0;
 }
 
 static bool in_scope(const pinch_ode_settings *settings, const dContact *contact)

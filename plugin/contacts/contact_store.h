@@ -49,8 +49,8 @@ typedef struct pinch_seen_pose {
     bool stays;      /* it had the same pose, to the bit, in the step before */
 } pinch_seen_pose;
 
-/* What leads a pair into each other beside its bodies' velocities. */
-typedef struct pinch_led_pair {
+/* How the program moves the bodies of a pair into each other by their poses, beside their velocities. */
+typedef struct pinch_pose_motion {
     long seen_step;    /* the last in which it was solved */
     double seen_depth; /* of its deepest point then, m */
     double seen_normal[3];
@@ -58,8 +58,8 @@ typedef struct pinch_led_pair {
     double way;    /* m, > 0: by which it last came in deeper than velocities explain; 0: never */
     long way_step; /* the step in which that was */
     long steps;    /* from the way before to that one; 0: there was none, or long before */
-    double speed;  /* m/s, >= 0: of both ways, for as many steps more; 0: it is not led */
-} pinch_led_pair;
+    double speed;  /* m/s, >= 0: of both ways, for as many steps more; 0: no pose is set */
+} pinch_pose_motion;
 
 /* A pair of geoms in contact, or of what stands for them. geom[0] has the smaller record index. */
 typedef struct pinch_pair {
@@ -75,16 +75,16 @@ typedef struct pinch_pair {
     bool has_material;  /* otherwise its points have surface parameters of their own */
     int geom[2];        /* records */
     pinch_manifold manifold;
-    int room;              /* points there is room for in the manifold's block */
-    int island;            /* of this step */
-    int points_when_built; /* points it had when the islands were built */
-    int first_result;      /* of its points in the list of results */
-    int first_in_island;   /* of its points among its island's contacts */
-    bool is_in;            /* its bodies are in each other rather than in touch: see island_contacts.c */
-    double came_in; /* how deep its bodies have come into each other by their own motion within a step, m; no more than
-                     * they are now */
-    pinch_led_pair led;             /* where its points have laws of their own */
-    double turned[3];               /* rad: how far body 0 turned against body 1 in the last step */
+    int room;                /* points there is room for in the manifold's block */
+    int island;              /* of this step */
+    int points_when_built;   /* points it had when the islands were built */
+    int first_result;        /* of its points in the list of results */
+    int first_in_island;     /* of its points among its island's contacts */
+    bool overlaps_deeply;    /* its bodies are in each other rather than in touch: see island_contacts.c */
+    double approach_depth;   /* how deep its bodies have come into each other by their own motion within a step, m; no
+                              * more than   they are now */
+    pinch_pose_motion posed; /* where its points have laws of their own */
+    double turned[3];        /* rad: how far body 0 turned against body 1 in the last step */
     double slip_total, twist_total; /* m, rad: paths slipped and twisted since its points began to press */
 } pinch_pair;
 
@@ -242,7 +242,7 @@ static inline double pinch_pair_apart(const pinch_pair *pair)
     double apart = 0;
     for (int side = 0; side < 2; side++) {
         const double *x = pair->body[side] ? dBodyGetPosition(pair->body[side]) : NULL;
-        for (int i = 0; i < 3 && x; i++) apart += (side ? -1 : 1) * pair->led.seen_normal[i] * x[i];
+        for (int i = 0; i < 3 && x; i++) apart += (side ? -1 : 1) * pair->posed.seen_normal[i] * x[i];
     }
     return apart;
 }

@@ -30,7 +30,7 @@ typedef struct pinch_own_law {
     double floor;
     double stands_for; /* how many contacts it stands for where a pair has more than its manifold holds; otherwise 1 */
     double rebound;    /* m/s, of this step: what a bounce asks for beyond what overlap and motion do; 0 without one */
-    double led;        /* m/s, of this step: see pinch_surface_conditions */
+    double pose_speed; /* m/s, of this step: see pinch_surface_conditions */
     int hold, hold_span;
     int surface; /* index of its surface parameters */
 } pinch_own_law;

@@ -20,7 +20,7 @@ static const double NO_COMPLIANCE = 1e-9;
  */
 static const double UNLIMITED = 10;
 
-/* And this one where bodies are in each other. */
+/* The coefficient of friction without a limit between bodies that are in each other. */
 static const double INSIDE = 1;
 
 /*
@@ -29,14 +29,14 @@ static const double INSIDE = 1;
  * faster than takes them out against gravity: the shorter the step, the higher they would hop. Contacts that are soft
  * by their own parameters (their compliance is no small part of what inertia gives them in a step) are meant to be
  * deep. So deep as bodies have come by their own motion within a step, they may come out at ODE's pace: it is erp times
- * the speed that they came with, and no energy is gained. And what is led into a body step by step, without a velocity,
- * as a geom whose pose is set, does not go through it: where that is faster than half the pace of deep bodies, the
- * contact comes apart as fast at least.
+ * the speed that they came with, and no energy is gained. And what the program moves into a body step by step by its
+ * pose, without a velocity, as a geom whose pose is set, does not go through it: where that is faster than half the
+ * pace of deep bodies, the contact comes apart as fast at least.
  *
  * In steps of LONG_STEP seconds the part of the size is slow enough, and in shorter ones as fast: jams come apart, and
  * small weights are no reason to stay. Without weight there is no height to hop to.
  */
-static const double DEEP = 0.02, STIFF = 0.01, LONG_STEP = 5e-3, SLOWLY_LED = 0.5;
+static const double DEEP = 0.02, STIFF = 0.01, LONG_STEP = 5e-3, SLOWLY_POSED = 0.5;
 
 static double not_negative(double value)
 {
@@ -160,8 +160,9 @@ static double deepest_in(const pinch_step_context *context, pinch_surface_condit
     double limit = DEEP * conditions->size, pace = context->h / erp;
     double g = pinch_v3_norm(context->gravity), most = limit;
     if (g > 0) most = fmin(limit, fmax(pace * sqrt(2 * g * depth), limit * context->h / LONG_STEP));
-    if (!(pace * conditions->led > SLOWLY_LED * most)) conditions->led = 0;
-    return fmax(fmax(most, conditions->came_in), pace * fmax(conditions->led, 2 * cfm * conditions->force));
+    if (!(pace * conditions->pose_speed > SLOWLY_POSED * most)) conditions->pose_speed = 0;
+    return fmax(fmax(most, conditions->approach_depth),
+                pace * fmax(conditions->pose_speed, 2 * cfm * conditions->force));
 }
 
 static void set_limit(const pinch_surface *s, const pinch_surface_conditions *conditions, int i, double *coefficient,
@@ -229,10 +230,10 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
     double layer = dWorldGetContactSurfaceLayer(world);
     if (c->depth > 0) c->depth = not_negative(c->depth - layer);
     double pressed_in = c->depth, push_out = erp * c->depth / h;
-    if (cfm < STIFF * h * conditions->mobility && pressed_in > conditions->came_in)
+    if (cfm < STIFF * h * conditions->mobility && pressed_in > conditions->approach_depth)
         pressed_in = fmin(pressed_in, deepest_in(context, conditions, erp, cfm, pressed_in));
     else
-        conditions->led = 0;
+        conditions->pose_speed = 0;
     double rebound, target = target_velocity(s, world, erp * pressed_in / h, conditions->approach, &rebound);
     c->surface_velocity[0] -= target - push_out;
     c->surface_velocity[1] -= s->motion[1];

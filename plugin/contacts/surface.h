@@ -22,10 +22,10 @@ typedef struct pinch_surface_conditions {
     double size;            /* of the smaller geom, m */
     double stands_for;      /* how many such contacts the contact stands for */
     double approach;        /* velocity along the normal now, m/s, negative when approaching */
-    double came_in;         /* how deep the bodies have come in by their own motion within a step, m */
-    double led;             /* at which the bodies are led into each other without a velocity, m/s, >= 0; out: 0 where
-                             * the overlap that this makes is parted at its own pace soon enough */
-    double force;           /* of the contact along the normal in the last step, N */
+    double approach_depth;  /* how deep the bodies have come in by their own motion within a step, m */
+    double pose_speed; /* at which the program moves the bodies into each other by their poses, m/s, >= 0; out: 0 where
+                        * the overlap that this makes is parted at its own pace soon enough */
+    double force;      /* of the contact along the normal in the last step, N */
 } pinch_surface_conditions;
 
 /* Reads a contact's surface parameters. swapped: the pair's first geom is the contact's second. Returns false for

@@ -13,6 +13,7 @@
 #define SUMS(X)                                                                                                        \
     X(steps) X(contacts_solved) X(contacts_left) X(contacts_left_by_scope) X(contacts_left_unsupported)                \
     X(contacts_left_unsolved) X(contacts_asleep) X(contacts_malformed) X(islands) X(unconverged_steps)                 \
+    X(islands_at_rest) X(drives_at_limit)                                                                              \
     X(retried_islands) X(fallback_islands) X(backoffs) X(softened_islands) X(too_soft_islands) X(swept_islands)           \
     X(iterations) X(projections) X(newton_steps)                                                                       \
     X(islands_by_projections) X(islands_by_newton) X(islands_by_flow) X(islands_by_lcp)                                \

@@ -77,11 +77,11 @@ bool pinch_went_wrong_lately(const pinch_step_context *context, const pinch_isla
 }
 
 /* Drops bodies that have been well for long. They may be gone, too, and others may have come in their place. */
-static void sweep(pinch_backoff *b, long now)
+static void drop_recovered(pinch_backoff *b, long now)
 {
     int kept = 0;
-    if (b->swept == now) return;
-    b->swept = now;
+    if (b->dropped_step == now) return;
+    b->dropped_step = now;
     for (int k = 0; k < b->count; k++)
         if (recent(&b->items[k], now)) b->items[kept++] = b->items[k];
     b->count = kept;
@@ -111,7 +111,7 @@ void pinch_judge_fallback(const pinch_step_context *context, pinch_island_graph 
                                                                              : FIRST_WITHOUT_ANSWER;
     pinch_backoff *b = &graph->backoff;
     if (!failed && !joints) return;
-    sweep(b, now);
+    drop_recovered(b, now);
     for (int k = 0; k < island->bodies.count; k++) {
         const pinch_backed_off *e = find(b, pinch_island_body(&graph->bodies, island->bodies, k)->body);
         long twice = e && recent(e, now) ? 2 * e->span + (e->span == 0) : 0;

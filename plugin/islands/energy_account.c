@@ -24,8 +24,8 @@
  * that part of their ERP (joints/joint_pace.c). It goes down where the island gains energy in ODE's step, and up
  * otherwise.
  *
- * The account holds no more than the part MOST of the energy in motion beside that of the centre of mass, so that what
- * stops and impacts have taken out does not come back as a kick.
+ * The account holds no more than the part MOST of the energy in motion beside that of the centre of mass, and the
+ * energy of STEPS_OF_FALL steps' fall, so that what stops and impacts have taken out does not come back as a kick.
  *
  * Islands part and merge, bodies stay. So the account is kept by body, in equal parts.
  */
@@ -124,7 +124,7 @@ void pinch_read_push(const pinch_step_context *context, const pinch_island_graph
             find(&graph->accounts, pinch_island_body(&graph->bodies, island->bodies, k)->body, &next);
         if (!a) continue;
         island->push_balance += a->push;
-        if (a->slowed == context->number - 1) island->push_pace = fmin(island->push_pace, a->push_pace);
+        if (a->push_slowed_step == context->number - 1) island->push_pace = fmin(island->push_pace, a->push_pace);
     }
 }
 
@@ -150,7 +150,7 @@ void pinch_close_overdraft(pinch_island_joints *joints)
 }
 
 /* Drops bodies that have been nowhere near a joint for long. They may be gone. */
-static void sweep(pinch_joint_accounts *a, long now)
+static void drop_stale(pinch_joint_accounts *a, long now)
 {
     enum { LONG = 1000 };
     int kept = 0;
@@ -164,7 +164,7 @@ static pinch_joint_account *find_or_add(pinch_joint_accounts *a, dBodyID body, l
 {
     pinch_joint_account *known = find(a, body, next);
     if (known) return known;
-    if (a->count == a->room) sweep(a, now);
+    if (a->count == a->room) drop_stale(a, now);
     if (!PINCH_RESERVE(*a, a->count + 1)) return NULL; /* without memory it is new again in the next step */
     if (!pinch_item_index_add(&a->index, keys_of(a), &body, a->count)) return NULL;
     a->items[a->count] = (pinch_joint_account){.body = body, .pace = 1, .push_pace = 1};
@@ -255,7 +255,7 @@ static void keep_push(const pinch_step_context *context, pinch_island_graph *gra
         if (!a) continue;
         a->push = each;
         a->push_pace = island->push_pace;
-        if (island->push_pace < 1) a->slowed = context->number;
+        if (island->push_pace < 1) a->push_slowed_step = context->number;
         if (keeps) a->seen = context->number;
     }
 }

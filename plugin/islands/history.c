@@ -47,7 +47,7 @@ static void add_mismatch(const pinch_step_bodies *bodies, int step_body, const d
     pinch_v3_add_scaled(angular, sign, b->velocity + 3);
 }
 
-/* How the two bodies of a pair moved in the step: straight on, and with one spin. All of it is times h: m, rad. */
+/* How far the two bodies of a pair moved (m) and turned (rad) in the step: their velocities times h. */
 typedef struct pair_motion {
     bool turns[2]; /* false: it has no spin */
     double start[2][3], turn[2][3];
@@ -213,7 +213,7 @@ static void carry_pair(const pinch_contact_store *contacts, const pinch_step_bod
     pair_motion motion;
     pair_slip slip = {0, {0, 0, 0}, 0};
     find_motion(pair, h, &motion);
-    if (!pair->has_material) pair->led.apart = pinch_pair_apart(pair);
+    if (!pair->has_material) pair->posed.apart = pinch_pair_apart(pair);
     pinch_v3_copy(pair->turned, motion.differs);
     for (int k = 0; k < pair->manifold.count; k++) {
         pinch_manifold_point *point = &pair->manifold.point[k];

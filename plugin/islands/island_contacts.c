@@ -76,10 +76,10 @@ typedef struct pair_law {
     const pinch_material *material; /* NULL: the points have surface parameters of their own */
     double part;                    /* of the fingertip's stiffness, for each point of its manifold */
     double share; /* how much of the overlap lies between geom[0]'s surface and the contact; the points lie half way */
-    double mobility; /* where there is no material: sum of the bodies' inverse masses, 1/kg */
-    double size;     /* likewise: of the smaller geom, m */
-    double deepest;  /* likewise: the depth of its deepest point, m */
-    double came_in;  /* out: the most of all points */
+    double mobility;       /* where there is no material: sum of the bodies' inverse masses, 1/kg */
+    double size;           /* likewise: of the smaller geom, m */
+    double deepest;        /* likewise: the depth of its deepest point, m */
+    double approach_depth; /* out: the most of all points */
 } pair_law;
 
 static bool has_plane(const pinch_pair *pair)
@@ -145,44 +145,44 @@ static double parting_velocity(const pinch_pair *pair, const double *position, c
 }
 
 /*
- * Finds the speed at which a pair comes in without a velocity. A program may set the pose of a geom or of a body in
- * each step, or in every tenth, or change a shape: the overlap then grows by more than the velocities explain with
- * which the bodies have moved. What happens once, as where a body is set down in another one, is no motion. In a jam
- * overlaps jump as well, as the collider finds another way out of them, but neither steadily nor in one direction.
- * Between two bodies that move by themselves overlaps jump more often, and only what the program has moved counts: the
- * centres are not where the last step has left them.
+ * Estimates the speed at which a program moves the bodies of a pair into each other by their poses. It may set the pose
+ * of a geom or of a body in each step, or in every tenth, or change a shape: the overlap then grows by more than the
+ * velocities explain with which the bodies have moved. What happens once, as where a body is set down in another one,
+ * is no motion. In a jam overlaps jump as well, as the collider finds another way out of them, but neither steadily nor
+ * in one direction. Between two bodies that move by themselves overlaps jump more often, and only what the program has
+ * moved counts: the centres are not where the last step has left them.
  */
-static void see_what_leads(const pinch_step_context *context, pinch_pair *pair, double size)
+static void estimate_pose_speed(const pinch_step_context *context, pinch_pair *pair, double size)
 {
     static const double LEAST_WAY = 1e-4; /* of the size: turning bodies and rounding lead by less */
     static const double STEADY = 0.5, SAME_WAY = 0.95;
     enum { MOST_STEPS = 32 }; /* from one way to the next */
     const pinch_manifold_point *deepest = &pair->manifold.point[0];
-    pinch_led_pair *led = &pair->led;
-    if (led->seen_step == context->number) return;
+    pinch_pose_motion *posed = &pair->posed;
+    if (posed->seen_step == context->number) return;
     for (int k = 1; k < pair->manifold.count; k++)
         if (pair->manifold.point[k].depth > deepest->depth) deepest = &pair->manifold.point[k];
-    bool may_be_led = pair->buffered_before > 0 && deepest->depth > LEAST_WAY * size &&
-                      pinch_v3_dot(deepest->normal, led->seen_normal) > SAME_WAY;
+    bool may_be_posed = pair->buffered_before > 0 && deepest->depth > LEAST_WAY * size &&
+                        pinch_v3_dot(deepest->normal, posed->seen_normal) > SAME_WAY;
     double way = 0;
-    if (may_be_led && pair->step_body[0] >= 0 && pair->step_body[1] >= 0)
-        way = led->apart - pinch_pair_apart(pair);
-    else if (may_be_led)
-        way =
-            deepest->depth - led->seen_depth + context->h * parting_velocity(pair, deepest->position, deepest->normal);
-    long steps = context->number - led->way_step;
+    if (may_be_posed && pair->step_body[0] >= 0 && pair->step_body[1] >= 0)
+        way = posed->apart - pinch_pair_apart(pair);
+    else if (may_be_posed)
+        way = deepest->depth - posed->seen_depth +
+              context->h * parting_velocity(pair, deepest->position, deepest->normal);
+    long steps = context->number - posed->way_step;
     if (way > LEAST_WAY * size) {
-        bool steady = steps > 0 && steps <= MOST_STEPS && way > STEADY * led->way && led->way > STEADY * way;
-        led->speed = steady ? fmin(way, led->way) / ((double)steps * context->h) : 0;
-        led->steps = steady ? steps : 0;
-        led->way = way;
-        led->way_step = context->number;
-    } else if (steps > led->steps) {
-        led->speed = 0;
+        bool steady = steps > 0 && steps <= MOST_STEPS && way > STEADY * posed->way && posed->way > STEADY * way;
+        posed->speed = steady ? fmin(way, posed->way) / ((double)steps * context->h) : 0;
+        posed->steps = steady ? steps : 0;
+        posed->way = way;
+        posed->way_step = context->number;
+    } else if (steps > posed->steps) {
+        posed->speed = 0;
     }
-    led->seen_step = context->number;
-    led->seen_depth = deepest->depth;
-    pinch_v3_copy(led->seen_normal, deepest->normal);
+    posed->seen_step = context->number;
+    posed->seen_depth = deepest->depth;
+    pinch_v3_copy(posed->seen_normal, deepest->normal);
 }
 
 /* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. Returns
@@ -198,18 +198,18 @@ static double apply_surface(const pinch_step_context *context, const pinch_conta
         .size = law->size,
         .stands_for = own->stands_for,
         .approach = approach,
-        .came_in = fmin(c->depth, fmax(pair->came_in, -context->h * approach)),
-        .led = pair->led.speed,
+        .approach_depth = fmin(c->depth, fmax(pair->approach_depth, -context->h * approach)),
+        .pose_speed = pair->posed.speed,
         .force = point->normal_force,
     };
     c->max_force = INFINITY;
     own->rebound = pinch_surface_apply(context, &store->surfaces.items[own->surface].surface, &conditions, c);
-    own->led = conditions.led;
+    own->pose_speed = conditions.pose_speed;
     pinch_v3_copy(c->compliance, own->compliance);
     c->floor = own->floor;
     c->hold = own->hold;
     c->hold_span = own->hold_span;
-    return conditions.came_in;
+    return conditions.approach_depth;
 }
 
 static void fill_history(const pinch_manifold_point *point, const double *t2, pinch_contact *c)
@@ -256,7 +256,7 @@ static void fill_contact(const pinch_step_context *context, const pinch_contact_
         apply_material(law, point->slipping, c);
         choose_tangent(context, store, pair, c->normal, c->tangent1);
     } else {
-        law->came_in = fmax(law->came_in, apply_surface(context, store, pair, law, point, c));
+        law->approach_depth = fmax(law->approach_depth, apply_surface(context, store, pair, law, point, c));
     }
     double t2[3], linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
     pinch_v3_cross(c->normal, c->tangent1, t2);
@@ -276,7 +276,7 @@ typedef struct fill_task {
     const pinch_step_bodies *bodies;
     const pinch_island *island;
     pinch_contact *filled;
-    atomic_bool is_in; /* a pair's bodies are in each other */
+    atomic_bool overlaps_deeply; /* a pair's bodies are in each other */
 } fill_task;
 
 static void fill_pairs(void *argument, int first, int end)
@@ -292,13 +292,13 @@ static void fill_pairs(void *argument, int first, int end)
         pinch_prefetch_island_pairs(contacts, pairs, i, PINCH_READS_OWN_LAWS);
         pinch_material own;
         pair_law law = law_of_pair(contacts, pair, &own);
-        if (!pair->has_material) see_what_leads(context, pair, law.size);
+        if (!pair->has_material) estimate_pose_speed(context, pair, law.size);
         for (int k = 0; k < pair->manifold.count; k++)
             fill_contact(context, contacts, bodies, pair, &law, &pair->manifold.point[k],
                          &filled[pair->first_in_island + k]);
-        pair->came_in = law.came_in;
-        pair->is_in = law.deepest > IN_EACH_OTHER * law.size && !has_plane(pair);
-        if (pair->is_in) atomic_store_explicit(&task->is_in, true, memory_order_relaxed);
+        pair->approach_depth = law.approach_depth;
+        pair->overlaps_deeply = law.deepest > IN_EACH_OTHER * law.size && !has_plane(pair);
+        if (pair->overlaps_deeply) atomic_store_explicit(&task->overlaps_deeply, true, memory_order_relaxed);
     }
 }
 
@@ -312,18 +312,20 @@ static void limit_friction_inside(const fill_task *task)
 {
     const pinch_contact_store *store = task->contacts;
     const pinch_range pairs = task->island->pairs, bodies = task->island->bodies;
-    for (int k = 0; k < bodies.count; k++) pinch_island_body(task->bodies, bodies, k)->is_in = false;
+    for (int k = 0; k < bodies.count; k++) pinch_island_body(task->bodies, bodies, k)->overlaps_deeply = false;
     for (int i = 0; i < pairs.count; i++) {
         const pinch_pair *pair = pinch_island_pair(store, pairs, i);
         for (int side = 0; side < 2; side++) {
             pinch_step_body *body = side_of(task, pair, side);
-            if (body) body->is_in = body->is_in || pair->is_in;
+            if (body) body->overlaps_deeply = body->overlaps_deeply || pair->overlaps_deeply;
         }
     }
     for (int i = 0; i < pairs.count; i++) {
         const pinch_pair *pair = pinch_island_pair(store, pairs, i);
         const pinch_step_body *first = side_of(task, pair, 0), *second = side_of(task, pair, 1);
-        if (pair->has_material || !(pair->is_in || (first && second && first->is_in && second->is_in))) continue;
+        if (pair->has_material ||
+            !(pair->overlaps_deeply || (first && second && first->overlaps_deeply && second->overlaps_deeply)))
+            continue;
         for (int k = 0; k < pair->manifold.count; k++)
             pinch_surface_limit_friction(&store->surfaces.items[pair->manifold.point[k].own->surface].surface,
                                          pinch_pair_size(store, pair), &task->filled[pair->first_in_island + k]);
@@ -335,5 +337,5 @@ void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_
 {
     fill_task task = {context, contacts, bodies, island, problem->contacts, false};
     pinch_loop(problem->crew, island->pairs.count, fill_pairs, &task);
-    if (task.is_in) limit_friction_inside(&task);
+    if (task.overlaps_deeply) limit_friction_inside(&task);
 }

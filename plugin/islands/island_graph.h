@@ -10,11 +10,12 @@
 #include "joints/joint_rows.h"
 #include "joints/joint_store.h"
 
-/* What becomes of an island in a step. README.md of this room has a picture. */
+/* What becomes of an island in a step. README.md of this room has a picture. The order counts: from SOLVED on it has an
+ * answer of Pinch's, from RESTING on it does not move. */
 typedef enum pinch_island_phase {
     PINCH_ISLAND_ASLEEP,   /* all of its bodies are disabled, and nothing that moves touches them: left as it is */
     PINCH_ISLAND_AWAKE,    /* to be solved */
-    PINCH_ISLAND_LEFT,     /* it has no contacts, and ODE solves its joints as well: left as it is */
+    PINCH_ISLAND_LEFT,     /* it has no contacts, and ODE solves its joints just as exactly: left as it is */
     PINCH_ISLAND_FALLBACK, /* it has no answer that could be given to ODE: ODE's own contacts solve it */
     PINCH_ISLAND_SOLVED,   /* it has a verified answer, or one of sweeps, and moves */
     PINCH_ISLAND_RESTING,  /* it has a verified answer whose motions are rounding: its velocities become zero */
@@ -74,18 +75,18 @@ typedef struct pinch_backoff {
     pinch_backed_off *items;
     int count, room;
     pinch_item_index index; /* by body */
-    long swept;             /* the step in which bodies were dropped last */
+    long dropped_step;      /* the step in which bodies were dropped last */
 } pinch_backoff;
 
 /* What joints and hard contacts may put into a body, and the pace at which joints close. */
 typedef struct pinch_joint_account {
     dBodyID body;
-    double energy, pace; /* J, at the end of the last step with joints; to begin the next with */
-    double push;         /* J, of hard contacts; see push_out.c */
-    double push_pace;    /* at which they begin the next step, if they were slowed in the step before */
-    long slowed;         /* the number of that step, if they ever were */
-    bool torn;           /* see pinch_island_joints */
-    long seen;           /* the number of the last step with joints or a push */
+    double energy, pace;   /* J, at the end of the last step with joints; to begin the next with */
+    double push;           /* J, of hard contacts; see push_out.c */
+    double push_pace;      /* at which they begin the next step, if they were slowed in the step before */
+    long push_slowed_step; /* the number of that step, if they ever were */
+    bool torn;             /* see pinch_island_joints */
+    long seen;             /* the number of the last step with joints or a push */
 } pinch_joint_account;
 
 /* See energy_account.c. */
@@ -103,7 +104,7 @@ typedef struct pinch_kinematic_body {
     bool shared;   /* others touch it as well, or are tied to it */
     dJointID tie;  /* where nothing touches it: the first joint that ties it to its island; NULL: it is touched */
     int side;      /* of that joint */
-    bool by_pinch; /* as that of a step body */
+    bool by_pinch; /* Pinch moves it in this step, and it is disabled while ODE steps */
 } pinch_kinematic_body;
 
 typedef struct pinch_kinematic_bodies {

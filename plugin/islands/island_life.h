@@ -1,6 +1,6 @@
 /*
- * The life of an island in a step, station by station. Functions that take an island touch nothing of other islands, so
- * that each island may be handled by a thread of its own, unless they say otherwise.
+ * What is done with an island in a step, file by file; README.md has the order. Functions that take an island touch
+ * nothing of other islands, so that each island may be handled by a thread of its own, unless they say otherwise.
  */
 #ifndef PINCH_ISLANDS_ISLAND_LIFE_H
 #define PINCH_ISLANDS_ISLAND_LIFE_H
@@ -125,14 +125,14 @@ void pinch_read_out_contacts(const pinch_contact_store *contacts, const pinch_st
 /* read_out.c: leaves an island without an answer: its results say whose points they are, and no force. */
 void pinch_leave_unsolved(pinch_contact_store *contacts, pinch_island *island);
 
-/* push_out.c: lets contacts as they came push and bounce at these parts of the velocity that they ask for. */
+/* push_out.c: scales the velocities at which hard contacts push bodies out and bounce. */
 void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace, double bounce,
                          pinch_problem *problem);
-/* push_out.c: returns what contacts may put in (J) before those who drive bodies on are held back. */
-double pinch_most_of_drivers(const pinch_island *island);
+/* push_out.c: returns what contacts may put in (J) before partners that drive bodies on are held back. */
+double pinch_most_of_partners(const pinch_island *island);
 /* push_out.c: lets contacts that drive bodies on, as they came, do so at this part of their velocity. */
-void pinch_slow_drivers(const pinch_contact_store *contacts, const pinch_island *island, double pace,
-                        pinch_problem *problem);
+void pinch_slow_partners(const pinch_contact_store *contacts, const pinch_island *island, double pace,
+                         pinch_problem *problem);
 /* push_out.c: hard contacts forget their springs of friction, and surfaces that move along them stand still. */
 void pinch_let_go(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem);
 
@@ -146,8 +146,8 @@ void pinch_read_fallback_contacts(pinch_contact_store *contacts, const pinch_isl
 
 /* joint_fallback.c: returns the velocity that gravity adds in a step, or a small one where there is next to none. */
 double pinch_fall_in_step(const pinch_step_context *context);
-/* joint_fallback.c: tells whether the island has to go to ODE, as its joints do. To be asked when it has been given its
- * forces. */
+/* joint_fallback.c: tells whether the island has to be left to ODE, because ODE solves its joints too coarsely. To be
+ * asked when it has been given its forces. */
 bool pinch_joint_fallback_needed(const pinch_step_context *context, const pinch_step_bodies *bodies,
                                  const pinch_island *island);
 /* joint_fallback.c, after ODE's step: tells whether the step has shown that the island's joints are better left to ODE

@@ -68,7 +68,8 @@ static void fill(const pinch_step_context *context, const pinch_contact_store *c
     pinch_limit_drives(contacts, bodies, island, false, problem);
 }
 
-/* Rows that contradict each other have forces as large as what they miss, and start anew where they miss less. */
+/* Rows that contradict each other have forces in proportion to what they miss. Where they are to miss less, they start
+ * from none. */
 static void forget_row_forces(pinch_problem *problem)
 {
     for (int k = 0; k < problem->row_count; k++) problem->rows[k].force = 0;
@@ -215,20 +216,21 @@ static bool joints_put_too_much_in(const pinch_step_context *context, const pinc
 }
 
 /* How contacts push in a try: hard ones at a part of the pace that their overlaps ask for, and where they let go,
- * without springs of friction and surfaces that move along them; those of drivers at a part of their velocity. */
+ * without springs of friction and surfaces that move along them; those whose partner drives bodies on at a part of its
+ * velocity. */
 typedef struct push {
-    double pace, bounce, drivers;
+    double pace, bounce, partners;
     bool let_go;
 } push;
 
-/* Contacts as they came, but for how they push. */
+/* Fills in the contacts anew, as they came but for how they push. */
 static void push_at(const pinch_step_context *context, const pinch_contact_store *contacts,
                     const pinch_step_bodies *bodies, pinch_problem *problem, pinch_island *island, const push *p)
 {
     pinch_fill_contacts(context, contacts, bodies, island, problem);
     pinch_slow_push_out(contacts, island, p->pace, p->bounce, problem);
     if (p->let_go) pinch_let_go(contacts, island, problem);
-    if (p->drivers < 1) pinch_slow_drivers(contacts, island, p->drivers, problem);
+    if (p->partners < 1) pinch_slow_partners(contacts, island, p->partners, problem);
     forget_row_forces(problem);
     island->phase = PINCH_ISLAND_AWAKE;
 }
@@ -242,7 +244,7 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
                             const pinch_island_graph *graph, pinch_joint_store *joints, pinch_solver_thread *thread,
                             pinch_problem *problem, pinch_island *island)
 {
-    enum { TRIES = 4, WITH_DRIVERS = TRIES + 2 }; /* the last two hold drivers back */
+    enum { TRIES = 4, WITH_PARTNERS = TRIES + 2 }; /* the last two hold back partners that drive bodies on */
     static const double NEARLY = 0.9; /* what they give goes with the square of their pace, if nothing else moves */
     pinch_island_joints *j = &island->joints;
     const pinch_step_bodies *bodies = &graph->bodies;
@@ -270,13 +272,13 @@ static void solve_in_bounds(const pinch_step_context *context, const pinch_conta
         bool put_in = joints_put_too_much_in(context, joints, graph, problem, island);
         if (pushes) pinch_judge_push(context, contacts, bodies, problem, island);
         bool pushed_in = pushes && !(island->push_work <= island->push_limit);
-        double of_drivers = pinch_most_of_drivers(island);
-        bool runs_away = pushed_in && p.let_go && island->push_work > of_drivers;
-        if ((!put_in && !pushed_in) || last || try == WITH_DRIVERS || (jointed && !isfinite(j->work)) || !known) break;
+        double of_partners = pinch_most_of_partners(island);
+        bool runs_away = pushed_in && p.let_go && island->push_work > of_partners;
+        if ((!put_in && !pushed_in) || last || try == WITH_PARTNERS || (jointed && !isfinite(j->work)) || !known) break;
         if (try >= TRIES && !runs_away) break;
         p.let_go = p.let_go || (pushed_in && p.pace == 0);
         if (pushed_in) p.bounce = p.pace = slower(p.pace, island->push_limit, island->push_work, try >= TRIES - 2);
-        if (try >= TRIES) p.drivers = try > TRIES ? 0 : NEARLY * sqrt(of_drivers / island->push_work);
+        if (try >= TRIES) p.partners = try > TRIES ? 0 : NEARLY * sqrt(of_partners / island->push_work);
         push_at(context, contacts, bodies, problem, island, &p);
         if (!put_in) continue;
         double pace = slower(j->pace, j->energy + j->lifting, j->work, try >= TRIES - 2);

@@ -13,12 +13,12 @@
  *    surfaces that move. Weight and surfaces work along the mean of the velocities before and after the step, v and v+,
  *    as the kinetic energy changes by just what all forces do along it. With v+ instead, an elastic rebound would seem
  *    to gain h m g v+, and a box that a belt takes uphill more than the belt gives. One by one they cannot be judged:
- * in a jam, some give what others take. Where joints put in what contacts do not, that is for the account of joints to
- * judge (energy_account.c).
+ *    in a jam, some give what others take. Where joints put in what contacts do not, that is for the account of joints
+ *    to judge (energy_account.c).
  *  - They keep a balance, as joints do: they may put in what bodies have lost in contacts not long before (time-domain
- *    passivity), about the energy that overlaps ask for by themselves, once, and a part of a step's fall, with which
- *    all overlaps go in the end. Joints may hang all bodies of an island on one that is pushed. With more in each step,
- *    a chain of bodies that was held in a wall and dragged along was spun up for as long as it was in there.
+ *    passivity), about twice the energy that overlaps ask for by themselves, once, and a part of a step's fall, with
+ * which all overlaps go in the end. Joints may hang all bodies of an island on one that is pushed. With more in each
+ * step, a chain of bodies that was held in a wall and dragged along was spun up for as long as it was in there.
  *  - What surfaces lose by friction has never been the bodies'. So no more than the kinetic energy lost comes to the
  *    balance, and surfaces give no more than brings all bodies of the island to their speed in a step and lifts them at
  *    it. In a jam they would give any work otherwise, and other contacts take it.
@@ -41,8 +41,8 @@
  * Contacts whose partner drives them on are not judged: a bat gives a ball what it likes. But nothing is as strong as a
  * body that is moved whatever it meets. Where it presses others against a wall, they may have no way out but at many
  * times its speed, or none at all, and are shot out. So where hard contacts have let go, and bodies would still get
- * more energy than if a long lever moved them all, or with joints a gear, drivers are held back to that: they go into
- * the bodies instead.
+ * more energy than if a long lever moved them all, or with joints a gear, these partners are held back to that: they go
+ * into the bodies instead.
  *
  * Islands part and merge, bodies stay. So the balance is kept by body, in equal parts. It may be negative, down to what
  * overlaps have asked for.
@@ -96,11 +96,11 @@ static const pinch_own_law *next_law(walk *w)
 /* Returns how fast (m/s) the surface moves by itself along the normal, into body 1. */
 static double speed_into(const pinch_contact *c, const pinch_own_law *own)
 {
-    return fmax(-(c->surface_velocity[0] + own->rebound), own->led);
+    return fmax(-(c->surface_velocity[0] + own->rebound), own->pose_speed);
 }
 
 /* Tells whether a partner drives the contact on. One of a fingertip is none of these. */
-static bool is_driven(const pinch_contact *c, const pinch_own_law *own)
+static bool is_pushed_by_partner(const pinch_contact *c, const pinch_own_law *own)
 {
     return c->may_soften && speed_into(c, own) > 0;
 }
@@ -108,7 +108,7 @@ static bool is_driven(const pinch_contact *c, const pinch_own_law *own)
 /* Tells whether a contact is judged: it is none of a fingertip, and no partner drives it on. */
 static bool is_hard(const pinch_contact *c, const pinch_own_law *own)
 {
-    return c->may_soften && !is_driven(c, own);
+    return c->may_soften && !is_pushed_by_partner(c, own);
 }
 
 /* Returns the velocity (m/s) at which the overlap of a contact is to be taken back. */
@@ -413,20 +413,20 @@ void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island
     }
 }
 
-double pinch_most_of_drivers(const pinch_island *island)
+double pinch_most_of_partners(const pinch_island *island)
 {
     static const double MOST_OF_A_LEVER = 10, MOST_OF_A_GEAR = 50;
     double most = island->joints.joint_rows > 0 ? MOST_OF_A_GEAR : MOST_OF_A_LEVER;
     return island->surface_limit > 0 ? island->push_limit + most * most * island->surface_limit : INFINITY;
 }
 
-void pinch_slow_drivers(const pinch_contact_store *contacts, const pinch_island *island, double pace,
-                        pinch_problem *problem)
+void pinch_slow_partners(const pinch_contact_store *contacts, const pinch_island *island, double pace,
+                         pinch_problem *problem)
 {
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count; k++) {
         pinch_contact *c = &problem->contacts[k];
-        if (!is_driven(c, next_law(&at))) continue;
+        if (!is_pushed_by_partner(c, next_law(&at))) continue;
         c->surface_velocity[0] += (1 - pace) * (closing_of(c, problem->step) - c->surface_velocity[0]);
         for (int i = 1; i < 4; i++) c->surface_velocity[i] *= pace;
         memset(c->elastic, 0, sizeof c->elastic);

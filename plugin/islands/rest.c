@@ -3,8 +3,9 @@
  *
  * What a step computes for a held object that does not move is rounding: depths are rounded to eps |x|, and the object
  * answers with motions of that size, in every step, for ever. An island whose motions before a step and after it are no
- * larger is at rest: its velocities are zero, its elastic states stay, and its bodies get the very forces of which ODE
- * makes no motion. Those differ from the contacts' forces by m v / h of that rounding. So poses keep their bits.
+ * larger is at rest: its velocities are zero, its elastic states stay, and its bodies get exactly the forces that
+ * cancel their weight in ODE's arithmetic. Those differ from the contacts' forces by m v / h of that rounding. So poses
+ * keep their bits.
  *
  * In the next step the same contacts come from the same poses, and the island's problem is, to the bit, the one whose
  * answer has been found and verified: that answer is this step's, too. Where anything differs (a force, a pose, a
@@ -130,8 +131,8 @@ void pinch_make_steady(const pinch_contact_store *contacts, const pinch_island *
     }
 }
 
-/* Computes a body's weight as ODE does; that of a body under force control does not count. At rest the mass counts by
- * nothing else. */
+/* Computes a body's weight as ODE does; that of a body under force control does not count. The mass
+ * of a body at rest enters by its weight alone. */
 static void weight_of(const pinch_step_context *context, const pinch_step_body *b, double weight[3])
 {
     dMass mass;

@@ -71,10 +71,10 @@ static void apply_motors(pinch_step_joint *joint, const pinch_joint_rows *rows, 
     for (int k = 0; k < 12; k++) {
         int side = k / 6, i = k % 6;
         if (index[side] < 0) continue;
-        joint->applies = joint->applies || rows->applied[side][i] != 0;
+        joint->motors_add_wrench = joint->motors_add_wrench || rows->applied[side][i] != 0;
         solved[index[side]].external[i] += rows->applied[side][i];
     }
-    if (!joint->applies) return;
+    if (!joint->motors_add_wrench) return;
     *applied_bits = pinch_checksum(*applied_bits, rows->applied[0], 6);
     *applied_bits = pinch_checksum(*applied_bits, rows->applied[1], 6);
 }
@@ -101,15 +101,15 @@ static int fill_joint(pinch_joint_store *store, const pinch_step_context *contex
         row[k].body2 = index[1];
         if (warm) row[k].force = joint->forces.force[k];
     }
-    joint->follows = (rows.driven & ~joint->drives) != 0;
-    joint->applies = false;
+    joint->may_give_energy = (rows.driven & ~joint->drives) != 0;
+    joint->motors_add_wrench = false;
     if (rows.applies) apply_motors(joint, &rows, index, solved, &joints->applied_bits);
     joints->error = pinch_larger(joints->error, rows.error);
     joints->error_angle = pinch_larger(joints->error_angle, rows.error_angle);
     for (int side = 0; side < 2; side++) {
         if (index[side] >= 0 || !body[side]) continue;
         follow_kinematic(&rows, body[side], side);
-        joint->follows = true;
+        joint->may_give_energy = true;
         /* the speed of its drive is found with the contacts, not in these rows */
         if (pinch_drive_of(&bodies->drives, body[side]) >= 0) joint->exact = false;
     }
@@ -209,7 +209,7 @@ static bool keep_forces(pinch_step_joint *joint, const pinch_joint_row *row)
 void pinch_read_joints(pinch_joint_store *store, pinch_island_joints *joints, const pinch_problem *problem)
 {
     joints->rows_hold = true;
-    joints->whole = false;
+    joints->includes_couplings = false;
     for (int k = 0; k < joints->range.count; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         joints->rows_hold &= keep_forces(joint, problem->rows + joint->rows.first);
@@ -245,7 +245,7 @@ static void whole_wrench(const pinch_body *b, double h, double wrench[6])
 void pinch_share_joint_forces(pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
                               pinch_island_joints *joints, const pinch_problem *problem, bool contacts_round)
 {
-    joints->whole = true;
+    joints->includes_couplings = true;
     for (int k = 0; k < range.count; k++) pinch_island_body(bodies, range, k)->carrier = -1;
     for (int k = 0; k < joints->range.count; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
@@ -365,7 +365,7 @@ static void take_over(const pinch_joint_store *store, const pinch_step_context *
 {
     double given[2][6];
     memcpy(given, joint->given, sizeof given);
-    if (joint->applies) add_motors(store, context, joint, given);
+    if (joint->motors_add_wrench) add_motors(store, context, joint, given);
     give_feedback(joint);
     for (int side = 0; side < 2; side++) {
         if (joint->body[side] >= 0) pinch_add_multiple6(1, given[side], bodies->items[joint->body[side]].load);
@@ -394,8 +394,8 @@ void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context 
     joints->by_pinch = joints->range.count > 0 && joints->rows_hold && !context->settings.joints_by_ode &&
                        all_known(store, context, bodies, range, joints);
     joints->alone = joints->by_pinch && context->solve_and_advance && store->all_modelled;
-    joints->passed_by = false;
-    bool given = joints->by_pinch && joints->whole;
+    joints->skipped_by_ode = false;
+    bool given = joints->by_pinch && joints->includes_couplings;
     int solved_couplings = problem && !given ? joints->couplings.count : 0;
     if (joints->by_pinch || solved_couplings > 0) {
         take_up_loads(bodies, range);
@@ -417,12 +417,12 @@ void pinch_give_joint_forces(pinch_joint_store *store, const pinch_step_context 
 
 void pinch_reuse_joints(const pinch_joint_store *store, pinch_island_joints *joints, bool bodies_disabled)
 {
-    joints->passed_by = bodies_disabled && joints->apart;
+    joints->skipped_by_ode = bodies_disabled && joints->ties_no_kinematic_body;
     for (int k = 0; k < joints->range.count; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         give_feedback(joint);
         tell_servos(store, joint, true);
-        if (!joints->passed_by) pinch_set_joint_aside(joint->joint, &joint->aside);
+        if (!joints->skipped_by_ode) pinch_set_joint_aside(joint->joint, &joint->aside);
     }
     for (int k = 0; k < joints->couplings.count; k++) pinch_island_coupling(store, joints, k)->by_pinch = true;
 }
@@ -430,10 +430,10 @@ void pinch_reuse_joints(const pinch_joint_store *store, pinch_island_joints *joi
 void pinch_enable_joints(const pinch_joint_store *store, const pinch_island_joints *joints)
 {
     for (int k = 0; k < joints->couplings.count; k++) pinch_island_coupling(store, joints, k)->by_pinch = false;
-    if (!joints->by_pinch || (joints->passed_by && store->servos.count == 0)) return;
+    if (!joints->by_pinch || (joints->skipped_by_ode && store->servos.count == 0)) return;
     for (int k = 0; k < joints->range.count; k++) {
         pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         tell_servos(store, joint, false);
-        if (!joints->passed_by) pinch_put_joint_back(joint->joint, &joint->aside);
+        if (!joints->skipped_by_ode) pinch_put_joint_back(joint->joint, &joint->aside);
     }
 }

@@ -30,7 +30,7 @@ bool pinch_row_may_drive(const pinch_joint_row *row)
     return row->cfm > 0 || (row->low > -INFINITY && row->high < INFINITY);
 }
 
-/* Returns m |u|^2 / 2 in the metric of the body's inertia. */
+/* Returns u^T M u / 2 (J), with the body's mass and inertia M. */
 static double kinetic_energy(const pinch_body *b, const double u[6])
 {
     double spin = 0;
@@ -60,7 +60,7 @@ static double driven_work(const pinch_joint_store *store, const pinch_island_joi
     for (int k = 0; k < joints->range.count; k++) {
         const pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         const pinch_joint_row *row = problem->rows + joint->rows.first;
-        bool all = joint->follows || joints->pace != 1; /* otherwise the other rows ask for errors alone */
+        bool all = joint->may_give_energy || joints->pace != 1; /* otherwise the other rows ask for errors alone */
         for (int i = 0; i < joint->rows.count; i++) {
             if (!all && !(joint->drives >> i & 1)) continue;
             double speed = joint->drives >> i & 1 ? velocity_along(problem, &row[i])
@@ -139,8 +139,9 @@ double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joint
     return gain - driven_work(store, joints, problem) - pinch_contact_work(problem);
 }
 
-/* Errors that ask for less than this are told by a bound on their energy, 1e-12 J/kg at most: those of rounding are, in
- * all rows of a mechanism that moves. Rows are at least as long as their axis, which is a unit vector. */
+/* Of errors that ask for less than this, an upper bound of their energy is summed up, 1e-12 J/kg at most: rounding
+ * makes such errors in all rows of a mechanism that moves. Rows are at least as long as their axis, which is a unit
+ * vector. */
 static const double LITTLE_ASKED_FOR = 1e-6; /* m/s, rad/s */
 
 /* Where joints make a tree, it is lifted by this many times the velocity that gravity adds in a step. */

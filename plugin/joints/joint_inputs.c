@@ -153,12 +153,12 @@ bool pinch_joint_inputs(pinch_joint_store *store, pinch_island_joints *joints, u
 {
     bool kinematic = false;
     *sum = pinch_checksum_start(joints->range.count);
-    joints->apart = false;
+    joints->ties_no_kinematic_body = false;
     for (int k = 0; k < joints->range.count; k++)
         if (!add_joint(store, pinch_island_joint(store, joints, k), sum, &kinematic)) return false;
     for (int k = 0; k < joints->couplings.count; k++)
         if (!add_coupling(pinch_island_coupling(store, joints, k), sum)) return false;
-    joints->apart = !kinematic;
+    joints->ties_no_kinematic_body = !kinematic;
     return true;
 }
 

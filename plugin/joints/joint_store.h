@@ -40,10 +40,10 @@ typedef struct pinch_step_joint {
     pinch_row_forces forces;              /* which the next solve begins with */
     pinch_axis_reading reading;           /* what its rows have read of it in this step */
     unsigned drives;                      /* bit k: pinch_row_may_drive row k */
-    bool follows;                         /* its rows may ask for more than to take errors of position back */
-    bool applies;                         /* its motors add forces of their own to those of its rows */
-    double wrench[2][6];                  /* of its rows, on the two bodies: its feedback */
-    double given[2][6];                   /* what the bodies get for them */
+    bool may_give_energy;   /* rows besides those of `drives` may ask for more than to take errors of position back */
+    bool motors_add_wrench; /* its motors add forces of their own to those of its rows */
+    double wrench[2][6];    /* of its rows, on the two bodies: its feedback */
+    double given[2][6];     /* what the bodies get for them */
     pinch_joint_aside aside;
     double erp[3]; /* its own and those of its stops, while ODE solves it more slowly: see joint_pace.c */
 } pinch_step_joint;
@@ -57,24 +57,24 @@ typedef struct pinch_island_joints {
     pinch_range room;      /* for its rows, where the problems of all islands stay */
     int row_count;         /* those of joints, and behind them those of couplings */
     int joint_rows;
-    bool loops_known;      /* since the islands were built: */
-    bool loops;            /* they close loops */
-    double error;          /* m: the largest of the joints, see pinch_joint_rows */
-    double error_angle;    /* rad */
-    bool whole;            /* what the joints give to the bodies includes the forces of couplings */
-    bool rows_hold;        /* what was solved for satisfies the laws of all rows */
-    bool put_energy_in;    /* what was solved for gets more energy from joints than they may put in */
-    double energy, work;   /* J: what they may put in in this step, and what they have put in */
-    double lifting;        /* J: what they may put in besides, as what comes back has to be lifted; 0: not needed */
-    double overdraft;      /* J: part of `energy` that they have not taken out yet */
-    double pace;           /* at which errors of position are taken back, as a multiple of what ODE asks for */
-    bool slowed;           /* ODE solves them in this step, and takes errors back at that pace */
-    double kinetic;        /* J: in that case, what the bodies have before the step */
-    bool torn;             /* since bodies turned far in a step, or contacts gave way to joints, errors may be large */
-    bool by_pinch;         /* the joints' forces are those of Pinch's solve, and ODE does not see the joints */
-    bool alone;            /* then: ODE sees no joints on the bodies at all, as nobody can have added one since */
-    bool apart;            /* they are known to tie no kinematic body */
-    bool passed_by;        /* ODE does not come to them in this step, although they are enabled */
+    bool loops_known;        /* since the islands were built: */
+    bool loops;              /* they close loops */
+    double error;            /* m: the largest of the joints, see pinch_joint_rows */
+    double error_angle;      /* rad */
+    bool includes_couplings; /* what the joints give to the bodies includes the forces of couplings */
+    bool rows_hold;          /* what was solved for satisfies the laws of all rows */
+    bool put_energy_in;      /* what was solved for gets more energy from joints than they may put in */
+    double energy, work;     /* J: what they may put in in this step, and what they have put in */
+    double lifting;          /* J: what they may put in besides, as what comes back has to be lifted; 0: not needed */
+    double overdraft;        /* J: part of `energy` that they have not taken out yet */
+    double pace;             /* at which errors of position are taken back, as a multiple of what ODE asks for */
+    bool slowed;             /* ODE solves them in this step, and takes errors back at that pace */
+    double kinetic;          /* J: in that case, what the bodies have before the step */
+    bool torn;     /* since bodies turned far in a step, or contacts gave way to joints, errors may be large */
+    bool by_pinch; /* the joints' forces are those of Pinch's solve, and ODE does not see the joints */
+    bool alone;    /* then: ODE sees no joints on the bodies at all, as nobody can have added one since */
+    bool ties_no_kinematic_body; /* they are known to tie no kinematic body */
+    bool skipped_by_ode;         /* ODE does not come to them in this step, although they are enabled */
     uint64_t applied_bits; /* a checksum of what the joints applied beside their rows when these were last computed */
     uint64_t rest_bits;    /* at rest: a checksum of that, and of the rows */
     uint64_t rest_inputs;  /* at rest: a checksum of what the rows are computed from, in poses that stay */

@@ -155,8 +155,9 @@ static void archive_manifold(pinch_archive *a, pinch_contact_store *store, pinch
  * already would keep what it counts in this one. */
 static void check_pair(pinch_archive *a, const pinch_contact_store *store, const pinch_pair *pair, long number)
 {
-    const pinch_led_pair *led = &pair->led;
-    bool past = led->seen_step >= 0 && led->seen_step <= number && led->way_step >= 0 && led->way_step <= number;
+    const pinch_pose_motion *posed = &pair->posed;
+    bool past =
+        posed->seen_step >= 0 && posed->seen_step <= number && posed->way_step >= 0 && posed->way_step <= number;
     bool same = pair->geom[0] < pair->geom[1] && pair->last_step < number && past;
     for (int side = 0; side < 2 && same; side++) {
         const pinch_geom_record *record = &store->geoms.items[pair->geom[side]];
@@ -176,15 +177,15 @@ static void archive_pair(pinch_archive *a, pinch_contact_store *store, pinch_pai
     PINCH_ARCHIVE(a, pair->last_step);
     pinch_archive_flag(a, &pair->has_material);
     pinch_archive_flag(a, &pair->is_prescribed);
-    PINCH_ARCHIVE(a, pair->came_in);
-    PINCH_ARCHIVE(a, pair->led.seen_step);
-    PINCH_ARCHIVE(a, pair->led.seen_depth);
-    PINCH_ARCHIVE(a, pair->led.seen_normal);
-    PINCH_ARCHIVE(a, pair->led.apart);
-    PINCH_ARCHIVE(a, pair->led.way);
-    PINCH_ARCHIVE(a, pair->led.way_step);
-    PINCH_ARCHIVE(a, pair->led.steps);
-    PINCH_ARCHIVE(a, pair->led.speed);
+    PINCH_ARCHIVE(a, pair->approach_depth);
+    PINCH_ARCHIVE(a, pair->posed.seen_step);
+    PINCH_ARCHIVE(a, pair->posed.seen_depth);
+    PINCH_ARCHIVE(a, pair->posed.seen_normal);
+    PINCH_ARCHIVE(a, pair->posed.apart);
+    PINCH_ARCHIVE(a, pair->posed.way);
+    PINCH_ARCHIVE(a, pair->posed.way_step);
+    PINCH_ARCHIVE(a, pair->posed.steps);
+    PINCH_ARCHIVE(a, pair->posed.speed);
     PINCH_ARCHIVE(a, pair->turned);
     PINCH_ARCHIVE(a, pair->slip_total);
     PINCH_ARCHIVE(a, pair->twist_total);

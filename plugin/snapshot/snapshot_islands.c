@@ -97,7 +97,7 @@ static void archive_backoff(pinch_archive *a, pinch_backoff *backoff)
         pinch_archive_flag(a, &entry->joints);
     }
     pinch_archive_index(a, &backoff->index, PINCH_ITEM_KEYS(*backoff, pinch_backed_off, body), backoff->count);
-    PINCH_ARCHIVE(a, backoff->swept);
+    PINCH_ARCHIVE(a, backoff->dropped_step);
 }
 
 static void archive_accounts(pinch_archive *a, pinch_joint_accounts *accounts)
@@ -110,7 +110,7 @@ static void archive_accounts(pinch_archive *a, pinch_joint_accounts *accounts)
         PINCH_ARCHIVE(a, account->pace);
         PINCH_ARCHIVE(a, account->push);
         PINCH_ARCHIVE(a, account->push_pace);
-        PINCH_ARCHIVE(a, account->slowed);
+        PINCH_ARCHIVE(a, account->push_slowed_step);
         pinch_archive_flag(a, &account->torn);
         PINCH_ARCHIVE(a, account->seen);
     }

@@ -153,7 +153,7 @@ static void archive_step_joint(pinch_archive *a, pinch_step_joint *j, const pinc
     PINCH_ARCHIVE(a, j->closing);
     archive_forces(a, j);
     pinch_archive_count(a, &j->servo_rows, 1, PINCH_JOINT_AXES);
-    pinch_archive_flag(a, &j->applies);
+    pinch_archive_flag(a, &j->motors_add_wrench);
     PINCH_ARCHIVE(a, j->wrench);
     PINCH_ARCHIVE(a, j->given);
 }
@@ -237,7 +237,7 @@ static void archive_island_joints(pinch_archive *a, pinch_island_joints *j, cons
     archive_range(a, &j->room, store->row_room);
     pinch_archive_count(a, &j->row_count, 1, j->room.count);
     pinch_archive_count(a, &j->joint_rows, 1, j->room.count);
-    pinch_archive_flag(a, &j->whole);
+    pinch_archive_flag(a, &j->includes_couplings);
     pinch_archive_flag(a, &j->rows_hold);
     pinch_archive_flag(a, &j->put_energy_in);
     pinch_archive_flag(a, &j->by_pinch);

@@ -22,9 +22,10 @@ typedef struct pinch_lcp {
     const bool *free; /* size; NULL when no row is free */
 } pinch_lcp;
 
-/* Memory for LCPs of up to `size` unknowns: 17 size^2 doubles and a little. Each thread needs its own: a workspace
+/* Memory for LCPs of up to `size` unknowns: 14 size^2 doubles and a little. Each thread needs its own: a workspace
  * serves one call at a time. */
 typedef struct pinch_lcp_workspace pinch_lcp_workspace;
+/* PINCH_INVALID_ARGUMENT for a size outside of 1 to 10,000; PINCH_OUT_OF_MEMORY. */
 PINCH_API pinch_status pinch_lcp_workspace_create(int size, pinch_lcp_workspace **workspace);
 PINCH_API void pinch_lcp_workspace_destroy(pinch_lcp_workspace *workspace);
 

@@ -88,9 +88,10 @@ typedef struct pinch_contact {
      * inertia gives it in a step. Its stiffness and damping then come back as they were used.
      */
     bool may_soften;
-    int hold;             /* in and out, 0 at first: steps until less is tried */
-    int hold_span;        /* in and out, 0 at first: how many that were when the floor was last raised */
-    double floor;         /* in and out, 0 at first: the part of that compliance that its island needed last */
+    int hold;             /* in and out, 0 at first: steps until a lower floor may be tried */
+    int hold_span;        /* in and out, 0 at first: the value of hold when the floor was last raised */
+    double floor;         /* in and out, 0 at first: the floor that its island needed last, as a part of the
+                           * compliance that the bodies' inertia gives it in a step (core/README.md, (25)) */
     double compliance[3]; /* in and out: (m/s)/N along normal and tangents, (rad/s)/(N m), of the last step; 0 at first.
                            * Where it becomes smaller, the elastic state shrinks with it: the force stays. */
     double rolling_elastic[2], rolling_elastic_end[2]; /* rad about tangent1, tangent2: in, out */
@@ -98,7 +99,8 @@ typedef struct pinch_contact {
     double force[4]; /* in: warm start; out: r = normal, tangential 1 and 2 (N), torsional (N m), on body 1 */
     double relative_velocity[4]; /* out: w = G v+ + surface_velocity, m/s, rad/s about the normal */
     double elastic_end[3];       /* out: e+, theta+ */
-    double slip[3];              /* out: slip increment of the step, m, m, rad; exactly 0 while sticking */
+    double slip[3];              /* out: slip increment of the step, m, m, rad; exactly 0 while sticking, but along a
+                                  * viscous tangent, where it is all of the motion */
 } pinch_contact;
 
 /*

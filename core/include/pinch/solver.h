@@ -60,6 +60,9 @@ typedef struct pinch_solver_result {
                    * did not get there; their steps are among the newton_steps */
 } pinch_solver_result;
 
+/* True for Newton, and for NSNMGK with its Newton finish. */
+PINCH_API bool pinch_solver_takes_newton_steps(const pinch_solver_settings *settings);
+
 /* What found the answer of a solve that converged. */
 typedef enum pinch_solved_by {
     PINCH_SOLVED_BY_START = 0,   /* where the solve began was the answer */

@@ -48,8 +48,9 @@ typedef struct pinch_material {
                                 * plane; all zero (default): any direction */
 } pinch_material;
 
-/* hard, 2e4 and 1.33e4 N/m, 20 and 13.3 N s/m, friction 0.5 (both), torsion as if soft: 1 N m/rad, 1 mm; no force limit
- */
+/* Returns a hard contact with stiffness 2e4 N/m along the normal and 1.33e4 N/m along tangents, damping 20 and
+ * 13.3 N s/m, and friction 0.5 (static and kinetic). Its torsional values, which count when it is made soft, are
+ * 1 N m/rad and 1 mm. It has no force limit. */
 PINCH_API pinch_material pinch_default_material(void);
 
 typedef enum pinch_ode_stepper {
@@ -80,7 +81,8 @@ typedef struct pinch_ode_recording {
     const pinch_step_result *result;       /* how the solve ended */
 } pinch_ode_recording;
 
-/* It must not call the plugin. With several threads it is called from all of them. */
+/* It must not call the plugin. With several threads it is called from all of them. It may be shown an island several
+ * times in a step: where joints or contacts put too much energy in, the island is solved again at a slower pace. */
 typedef void (*pinch_ode_recorder)(void *context, const pinch_ode_recording *recording);
 
 /* How a world is stepped. Set by pinch_ode_create, and fixed from then on but for the stepper. */
@@ -127,13 +129,14 @@ typedef struct pinch_ode_settings {
                       * friction). Default false */
     pinch_ode_recorder recorder; /* is shown islands whose first solve failed; NULL (default): none */
     void *recorder_context;      /* is handed to it */
-    bool record_all;             /* true: the recorder is shown every solve. Default false */
+    bool record_all; /* true: the recorder is shown each first attempt, also where it converged. Later attempts by
+                      * other solvers are never shown. Default false */
 } pinch_ode_settings;
 
 PINCH_API pinch_ode_settings pinch_ode_default_settings(void);
 
-/* PINCH_INVALID_ARGUMENT for a NULL pointer or settings out of range, PINCH_UNSUPPORTED for a solver that cannot step.
- */
+/* PINCH_INVALID_ARGUMENT for a NULL pointer or settings out of range, PINCH_UNSUPPORTED for a solver that cannot step,
+ * PINCH_OUT_OF_MEMORY also where the system gives no threads. */
 PINCH_API pinch_status pinch_ode_create(dWorldID world, const pinch_ode_settings *settings, pinch_ode **plugin);
 /* To be called before the world is destroyed. NULL is allowed. */
 PINCH_API void pinch_ode_destroy(pinch_ode *plugin);
@@ -173,9 +176,10 @@ PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, cons
  *
  * Some contacts are left to ODE's own solver as contact joints: those outside settings.scope; those with parameters
  * that are no numbers or an ERP outside [0, 1]; and all those by surface parameters where the solver
- * takes no Newton steps, settings.faces is not 0 or a body is under force control. A malformed contact (not finite, no
- * normal, no body that can move) is skipped and counted. Contacts wait where all their bodies are disabled; bodies wake
- * as in ODE.
+ * takes no Newton steps, settings.faces is not 0 or a body is under force control. A malformed contact (not finite, a
+ * normal whose length is not 1 to about 5e-4, twice the same body, no body that can move) is skipped and counted.
+ * Contacts wait where all their bodies are disabled; bodies wake as in ODE. PINCH_INVALID_ARGUMENT: a NULL plugin or
+ * contact, or a call between pinch_ode_solve and pinch_ode_advance.
  */
 PINCH_API pinch_status pinch_ode_add_contact(pinch_ode *plugin, const dContact *contact, dBodyID body1, dBodyID body2);
 
@@ -230,14 +234,17 @@ PINCH_API pinch_status pinch_ode_set_body_count(pinch_ode *plugin, int count);
 /*
  * One step of h seconds (> 0), instead of dWorldStep or dWorldQuickStep. Stiff contacts climb the ladder of compliance
  * floors first. An island that does not converge is tried again from no forces, with NSNMGK and Newton's steps and then
- * with Newton alone; after that it is left to ODE's own contacts for this step. A solve has a budget by what ODE's own
+ * with Newton alone. If it has joints, it is tried once more with errors of their positions left as they are; after
+ * that it is left to ODE's own contacts for this step. An answer in which joints or hard contacts put more energy in
+ * than they may is not taken: the island is solved again, up to six times, with overlaps and errors of position taken
+ * back more slowly. A solve has a budget by what ODE's own
  * step takes (settings.solver.budget, where it is not 0, instead): an island that goes over it is not tried again, and
  * is left to ODE for 1 more step, then for 2, 4 and so on. Where dWorldQuickStep steps and all bodies are free, it is
  * swept instead, also in these steps, of which there are 32 at most (settings.solver.sweeps, where it is not 0, instead
  * of as many sweeps as quickstep makes); so are large heaps that sweeps would do for less work and as softly, and tall
  * piles of more than 2,000 contacts before a solve would make them softer. Piles higher than sweeps reach are split
- * first (core/README.md, (74)). So is an
- * island that has no answer two steps in a row. All of it is counted in the statistics. The result says whether the
+ * first (core/README.md, (74)). An island that has no answer two steps in a row is left to ODE, or swept, for growing
+ * spans of steps, too. All of it is counted in the statistics. The result says whether the
  * call was legal; the statistics say how the solves ended. PINCH_INVALID_ARGUMENT also for bodies in contact whose
  * state or forces are not finite or overflow: ODE, which aborts on such numbers, is then not stepped.
  */
@@ -273,7 +280,9 @@ typedef struct pinch_ode_contact {
     double friction_limit;       /* the most that `tangential` can be, N: friction coefficient times normal force, for
                                   * example; the smaller one where the tangents' limits differ; 0 without friction */
     double torsion_limit;        /* the most that `torsion` can be, N m; 0 where the contact has none */
-    pinch_contact_state state;   /* what presses without friction slips */
+    pinch_contact_state state;   /* what presses without friction slips. Of an island left to ODE, whose forces alone
+                                  * are known, all that presses is reported as sticking, with stiffness, slip,
+                                  * relative velocity and limits 0 */
 } pinch_ode_contact;
 
 /* The contact points of the step just done, in a fixed order. Valid until the next call that takes `plugin`. */
@@ -313,7 +322,8 @@ PINCH_API pinch_status pinch_ode_geom_load(const pinch_ode *plugin, dGeomID geom
 PINCH_API pinch_status pinch_ode_pair_load(const pinch_ode *plugin, dGeomID geom, dGeomID partner,
                                            const double about[3], pinch_ode_load *load);
 
-/* What the contacts of the step just done did with energy, J. Each term is computed from its own forces and motions. */
+/* What the contacts of the step just done did with energy, J. Each term is computed from its own forces and motions.
+ * Rolling friction is left out. */
 typedef struct pinch_ode_energy {
     double elastic_start; /* stored in the contacts as the step found them */
     double elastic_end;   /* stored when it left them */
@@ -323,18 +333,23 @@ typedef struct pinch_ode_energy {
     double drives;     /* work of the kinematic bodies and force-controlled drives on the others */
 } pinch_ode_energy;
 
-/* Valid after pinch_ode_step or pinch_ode_advance, for the islands that Pinch solved; PINCH_INVALID_ARGUMENT at other
- * times and without settings.keep_islands. */
+/* Of the islands that Pinch solved in the last step; zeros before the first. PINCH_INVALID_ARGUMENT between
+ * pinch_ode_solve and pinch_ode_advance, and without settings.keep_islands. */
 PINCH_API pinch_status pinch_ode_contact_energy(const pinch_ode *plugin, pinch_ode_energy *energy);
 
+/* clang-format off */
 /*
  * Tells what ODE keeps of a joint and has no getter for, so that the joint's forces can be Pinch's own (see
  * joints_by_ode). The drop-in layer sees the calls by itself; other programs call pinch_ode_note_joint when they have
  * made a joint, before its bodies move, and again when they have changed what the table names:
  *
- *     fixed, slider, hinge-2        dJointSetFixed, dJointSetSliderAxis, dJointSetHinge2Axes; dJointAttach of the last
- * two hinge, piston, double hinge   the axis; dJointAttach of the first two PR, PU                        anchor and
- * axes; dJointAttach angular motor in Euler mode   mode and axes transmission                  anchors and axes
+ *     fixed                         dJointSetFixed
+ *     slider, hinge-2               dJointSetSliderAxis, dJointSetHinge2Axes; dJointAttach
+ *     hinge, piston                 the axis; dJointAttach
+ *     double hinge                  the axis
+ *     PR, PU                        anchor and axes; dJointAttach
+ *     angular motor in Euler mode   mode and axes
+ *     transmission                  anchors and axes
  *     plane-2D                      nothing: it is told once, and has no motors then
  *
  * A hinge that was not noted is found out from its angle within some steps; the others stay with ODE. Axes are to be
@@ -343,6 +358,7 @@ PINCH_API pinch_status pinch_ode_contact_energy(const pinch_ode *plugin, pinch_o
  * PINCH_OUT_OF_MEMORY, and then the joint stays with ODE.
  */
 PINCH_API pinch_status pinch_ode_note_joint(pinch_ode *plugin, dJointID joint);
+/* clang-format on */
 /* The arguments of dJointSetLMotorAxis: axis 0 to 2, and its `rel`, the frame that it is fixed in: 0 for the world, 1
  * and 2 for the joint's bodies. A linear motor is Pinch's where all of its axes are told. */
 PINCH_API pinch_status pinch_ode_note_linear_motor(pinch_ode *plugin, dJointID joint, int axis, int frame);

@@ -17,7 +17,8 @@ extern "C" {
  * callbacks, or steps a world, and link libpinch_ode. The calls below then go through Pinch: contact joints are still
  * contact joints of ODE's, and a step solves those that Pinch has a law for, by their surface parameters, and leaves
  * the others to ODE (see pinch_ode_add_joint in <pinch/ode.h>). A step that Pinch refuses, because memory ran out or
- * the state of a body is not finite, is ODE's own step as the program asked for it, and is counted. In a world in which
+ * the state of a body is not finite, is ODE's own step as the program asked for it, and is counted; the contact
+ * histories of the world end with it. In a world in which
  * a body has a moved callback, ODE moves all bodies that are not at rest.
  *
  * Of a contact ODE's solver needs place, normal, depth and surface alone, and programs leave its geoms unset. What is
@@ -27,8 +28,9 @@ extern "C" {
  *
  * In C++, to reach the classes of ODE's C++ interface as well, include this header before <ode/ode.h>.
  *
- * Different worlds may be stepped from different threads, as in ODE. Settings, statistics and the list of worlds concern
- * the whole process; they are guarded, so that any thread may call any function here for a world that no other uses.
+ * Different worlds may be stepped from different threads, as in ODE. Settings, statistics and the list of worlds
+ * concern the whole process; they are guarded, so that any thread may call any function here for a world that no other
+ * uses.
  */
 PINCH_API dJointID pinch_dropin_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact);
 PINCH_API void pinch_dropin_joint_attach(dJointID joint, dBodyID body1, dBodyID body2);
