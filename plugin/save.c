@@ -119,19 +119,12 @@ pinch_status pinch_ode_save(pinch_ode *p, const pinch_ode_parts *parts, void *da
     return PINCH_OK;
 }
 
-static void free_problems(pinch_problem_buffers *kept)
-{
-    free(kept->bodies.items);
-    free(kept->contacts.items);
-    free(kept->rows.items);
-}
-
 static void free_restored(restored *r)
 {
     pinch_contact_store_free(&r->state.contacts);
     pinch_joint_store_free(&r->state.joints);
     pinch_island_graph_free(&r->state.graph);
-    free_problems(&r->state.pool.kept);
+    pinch_problem_buffers_free(&r->state.pool.kept);
     pinch_joint_poses_free(&r->poses);
     pinch_world_state_free(r->world);
 }
@@ -149,7 +142,7 @@ static void take_over(pinch_ode *p, restored *r)
     *p->joints.poses = r->poses;
     pinch_island_graph_free(&p->graph);
     p->graph = r->state.graph;
-    free_problems(&p->pool.kept);
+    pinch_problem_buffers_free(&p->pool.kept);
     p->pool.kept = r->state.pool.kept;
     p->context.number = r->state.context.number;
     p->last_h = r->state.last_h;

@@ -9,6 +9,8 @@
  */
 #include "force/force_system.h"
 
+#include "solvers/methods.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -332,12 +334,12 @@ static bool continue_along_path(pinch_arena *arena, pinch_force_system *s, const
                                 const pinch_solver_settings *settings, double *floor, int *try,
                                 pinch_solver_result *total)
 {
-    enum { MOST_UNKNOWNS = 120, MOST_STEPS = 4000, PATHS = 3 };
+    enum { PATHS = 3 };
     static const double SOFTER = 25;
     pinch_solver_result part;
     *try = 0;
     pinch_force_warm_start(s, problem);
-    if (s->mobility->unknowns + s->multiplier_count > MOST_UNKNOWNS) {
+    if (s->mobility->unknowns + s->multiplier_count > PINCH_PATH_MOST_UNKNOWNS) {
         pinch_force_move(s);
         return true;
     }
@@ -347,7 +349,7 @@ static bool continue_along_path(pinch_arena *arena, pinch_force_system *s, const
         int steps = settings->max_iterations - total->iterations;
         bool arrived;
         if (*try > 0) *floor = fmin(SOFTER * *floor, SOFTEST);
-        if (steps > MOST_STEPS) steps = MOST_STEPS;
+        if (steps > PINCH_PATH_MOST_STEPS) steps = PINCH_PATH_MOST_STEPS;
         if (steps > (s->budget - s->work) / each) steps = (int)((s->budget - s->work) / each);
         pinch_force_warm_start(s, problem);
         pinch_force_set_floor(s, *floor);

@@ -21,6 +21,14 @@
 
 /* PINCH_INVALID_ARGUMENT when a field is outside the range that solver.h documents. */
 pinch_status pinch_check_solver_settings(const pinch_solver_settings *settings);
+/* Adds the iterations, projections and Newton steps of a part of a solve to those of all of it. */
+static inline void pinch_add_solver_counts(pinch_solver_result *total, const pinch_solver_result *part)
+{
+    total->iterations += part->iterations;
+    total->projections += part->projections;
+    total->newton_steps += part->newton_steps;
+}
+
 /*
  * What every method for a non-smooth system works on: the current point with its residual, and room for a trial point.
  * A method fills the trial and either accepts it (buffers swap, nothing is copied) or leaves the current point as it
@@ -81,6 +89,9 @@ typedef struct pinch_path_start {
     const double *anchor; /* a, size of the system */
     double size;          /* > 0: what is a large change of x */
 } pinch_path_start;
+
+/* Larger problems are not led along paths, whose steps factor dense matrices; longer paths are given up. */
+enum { PINCH_PATH_MOST_UNKNOWNS = 120, PINCH_PATH_MOST_STEPS = 4000 };
 
 /* Doubles of scratch that a path needs for `size` unknowns. */
 size_t pinch_path_scratch(int size);

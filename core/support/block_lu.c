@@ -295,18 +295,12 @@ static bool factor_with(pinch_block_lu *lu, double *x)
         for (int i = k; i < k + run; i++) {
             if (i > k) update_row(lu, k, i - k, later_of(lu, i) + 1);
             if (!factor_own(lu, i, lu->scratch)) return false;
-            if (!x) continue;
             solve_own(lu, i, lu->scratch, x);
             for (int a = lu->later_start[i]; a < lu->later_start[i + 1]; a++) subtract_earlier(lu, i, a, x);
         }
         for (int later = later_of(lu, k + run - 1); later > 0; later--) update_row(lu, k, run, later);
     }
     return true;
-}
-
-bool pinch_block_lu_factor(pinch_block_lu *lu)
-{
-    return factor_with(lu, NULL);
 }
 
 static void solve_back(const pinch_block_lu *lu, double *x)

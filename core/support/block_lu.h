@@ -106,9 +106,6 @@ static inline double *pinch_block_lu_upper(const pinch_block_lu *lu, int entry)
     return lu->values + lu->lower[entry] + lu->to_upper;
 }
 
-/* In place. Returns false when a pivot is zero to rounding or not finite. */
-bool pinch_block_lu_factor(pinch_block_lu *lu);
-
 /* Prepares a complete plan for many threads: where no block is wide, a crew's do then what follows, to the same bits.
  * crew NULL: the caller's does. Returns false when memory ran out. */
 bool pinch_block_lu_share(pinch_arena *arena, pinch_block_lu *lu);
@@ -116,7 +113,8 @@ bool pinch_block_lu_share(pinch_arena *arena, pinch_block_lu *lu);
 /* x = A^-1 x, unknowns in the order of the block rows. */
 void pinch_block_lu_solve(const pinch_block_lu *lu, const pinch_crew *crew, double *x);
 
-/* Does what pinch_block_lu_factor and pinch_block_lu_solve do. */
+/* Factors the matrix in place, and does what pinch_block_lu_solve does. Returns false when a pivot is zero to rounding
+ * or not finite. */
 bool pinch_block_lu_factor_and_solve(pinch_block_lu *lu, const pinch_crew *crew, double *x);
 
 /* block_lu_single.c: the steps of block_lu.c, in single precision. */

@@ -1,4 +1,5 @@
 /* Follows the implicit flow, equation (20) of core/README.md, where Newton's method alone cycles. */
+#include "solvers/methods.h"
 #include "velocity/velocity_system.h"
 
 #include <math.h>
@@ -6,13 +7,6 @@
 
 enum { FLOW_STEPS = 300, INNER_STEPS = 15, PLAIN_STEPS = 12 };
 static const double SHRINK = 0.5, GROW = 4, STRONGEST = 1e6, INNER_TOLERANCE = 1e-9;
-
-static void add_counts(pinch_solver_result *total, const pinch_solver_result *part)
-{
-    total->iterations += part->iterations;
-    total->projections += part->projections;
-    total->newton_steps += part->newton_steps;
-}
 
 static bool prepare(pinch_arena *arena, pinch_velocity_system *vs)
 {
@@ -40,7 +34,7 @@ static bool newton(pinch_velocity_system *vs, const pinch_solver_settings *setti
     inner.max_iterations = steps;
     inner.progress = NULL;
     if (pinch_solve_system(&system, &inner, vs->solver_scratch, vs->x, &part) != PINCH_OK) return false;
-    add_counts(total, &part);
+    pinch_add_solver_counts(total, &part);
     total->residual = part.residual;
     return part.status == PINCH_SOLVE_CONVERGED;
 }

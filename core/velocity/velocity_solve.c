@@ -7,13 +7,6 @@
 #include <math.h>
 #include <string.h>
 
-static void add_counts(const pinch_solver_result *part, pinch_solver_result *total)
-{
-    total->iterations += part->iterations;
-    total->projections += part->projections;
-    total->newton_steps += part->newton_steps;
-}
-
 /*
  * Follows a path of solutions, equation (56), and lets Newton's method find the last digits. This is for islands with
  * massless drives; others have their forces as unknowns where all else fails. Returns false when memory ran out.
@@ -21,10 +14,10 @@ static void add_counts(const pinch_solver_result *part, pinch_solver_result *tot
 static bool solve_along_path(pinch_arena *arena, pinch_velocity_system *vs, const pinch_solver_settings *settings,
                              pinch_solver_result *result)
 {
-    enum { MOST_UNKNOWNS = 120, MOST_STEPS = 4000, LAST_STEPS = 25 };
+    enum { LAST_STEPS = 25 };
     int steps = settings->max_iterations - result->iterations;
-    if (steps <= 0 || vs->unknowns > MOST_UNKNOWNS) return true;
-    if (steps > MOST_STEPS) steps = MOST_STEPS;
+    if (steps <= 0 || vs->unknowns > PINCH_PATH_MOST_UNKNOWNS) return true;
+    if (steps > PINCH_PATH_MOST_STEPS) steps = PINCH_PATH_MOST_STEPS;
     double *anchor = PINCH_ARENA_ARRAY(arena, double, vs->unknowns);
     double *scratch = PINCH_ARENA_ARRAY(arena, double, pinch_path_scratch(vs->unknowns));
     if (arena->failed) return false;
@@ -41,7 +34,7 @@ static bool solve_along_path(pinch_arena *arena, pinch_velocity_system *vs, cons
     last.solver = PINCH_SOLVER_NEWTON;
     last.max_iterations = LAST_STEPS;
     if (pinch_solve_system(&system, &last, vs->solver_scratch, vs->x, result) != PINCH_OK) return false;
-    add_counts(&total, result);
+    pinch_add_solver_counts(&total, result);
     result->by_flow = true;
     return true;
 }
@@ -64,7 +57,7 @@ static pinch_status solve_nonsmooth(pinch_arena *arena, pinch_velocity_system *v
         if (try == 1) memset(vs->x, 0, bytes);
         pinch_status status = pinch_solve_system(&system, &limited, vs->solver_scratch, vs->x, result);
         if (status != PINCH_OK) return status;
-        add_counts(&total, result);
+        pinch_add_solver_counts(&total, result);
         if (result->status == PINCH_SOLVE_CONVERGED || !newton || settings->max_iterations <= FIRST_TRIES)
             return PINCH_OK;
         total = *result;

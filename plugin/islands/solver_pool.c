@@ -41,7 +41,7 @@ bool pinch_solver_pool_create(pinch_solver_pool *pool, int threads)
     return threads == 1 || pool->workers;
 }
 
-static void free_buffers(pinch_problem_buffers *buffers)
+void pinch_problem_buffers_free(pinch_problem_buffers *buffers)
 {
     free(buffers->bodies.items);
     free(buffers->contacts.items);
@@ -53,12 +53,12 @@ void pinch_solver_pool_destroy(pinch_solver_pool *pool)
     pinch_workers_destroy(pool->workers);
     for (int k = 0; k < pool->threads; k++) {
         pinch_step_solver_destroy(pool->thread[k].solver);
-        free_buffers(&pool->thread[k].buffers);
-        free_buffers(&pool->thread[k].before);
+        pinch_problem_buffers_free(&pool->thread[k].buffers);
+        pinch_problem_buffers_free(&pool->thread[k].before);
         pinch_step_memory_destroy(pool->thread[k].memory_before);
     }
     free(pool->thread);
-    free_buffers(&pool->kept);
+    pinch_problem_buffers_free(&pool->kept);
 }
 
 static size_t buffer_bytes(const pinch_problem_buffers *buffers)

@@ -42,6 +42,7 @@ size_t pinch_solver_pool_bytes(const pinch_solver_pool *pool);
 
 /* Makes room in the buffers. Returns false when memory runs out. */
 bool pinch_reserve_problem(pinch_problem_buffers *buffers, int bodies, int contacts, int rows);
+void pinch_problem_buffers_free(pinch_problem_buffers *buffers);
 /* Gives back what a span of steps has not needed. */
 void pinch_trim_solver_pool(pinch_solver_pool *pool, long step);
 

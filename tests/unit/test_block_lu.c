@@ -84,8 +84,7 @@ static void test_agrees_with_the_dense_factorization(void **state)
                                         INFINITY, NULL, &lu));
         int n = fill_matrix(&m, &random, &lu);
         for (int i = 0; i < n; i++) x[i] = y[i] = draw_uniform(&random, -1, 1);
-        assert_true(pinch_block_lu_factor(&lu));
-        pinch_block_lu_solve(&lu, NULL, x);
+        assert_true(pinch_block_lu_factor_and_solve(&lu, NULL, x));
         assert_true(pinch_lu_factor(n, m.dense, pivot, scratch));
         pinch_lu_solve(n, m.dense, pivot, y, y);
         for (int i = 0; i < n; i++) assert_true(fabs(x[i] - y[i]) <= 1e-13);
@@ -147,12 +146,12 @@ static void test_singular_blocks_are_noticed(void **state)
         assert_true(pinch_block_lu_plan(&arena, &(pinch_block_graph){2, 2, 1, edge}, size, incomplete ? 0 : INFINITY,
                                         NULL, &lu));
         pinch_block_lu_clear(&lu);
-        assert_false(incomplete ? pinch_block_dilu_split(&lu, b, room) : pinch_block_lu_factor(&lu));
+        assert_false(incomplete ? pinch_block_dilu_split(&lu, b, room) : pinch_block_lu_factor_and_solve(&lu, NULL, b));
         pinch_block_lu_clear(&lu);
         for (int k = 0; k < 2; k++)
             for (int i = 0; i < size[k]; i++) pinch_block_lu_at(&lu, k, k)[i * (size[k] + 1)] = 1;
         pinch_block_lu_at(&lu, 0, 0)[0] = NAN;
-        assert_false(incomplete ? pinch_block_dilu_split(&lu, b, room) : pinch_block_lu_factor(&lu));
+        assert_false(incomplete ? pinch_block_dilu_split(&lu, b, room) : pinch_block_lu_factor_and_solve(&lu, NULL, b));
     }
     assert_int_equal(pinch_block_dilu_room(&lu), sizeof room / sizeof room[0]);
     pinch_arena_free(&arena);
