@@ -166,13 +166,27 @@ static choice possible_unknowns(const pinch_problem *problem, const pinch_solver
     return can;
 }
 
+/* A solve on its way. */
+typedef struct step_solve {
+    pinch_step_solver *solver;
+    pinch_problem *problem;
+    const pinch_solver_settings *settings;
+    pinch_step_result *result;
+    choice can;
+    bool stiff;              /* contacts are: then the forces are better unknowns */
+    bool forces;             /* the forces are the first unknowns that are tried */
+    bool sweeps;             /* sweeps may take over */
+    pinch_mobility mobility; /* for the attempt at hand */
+} step_solve;
+
 /* Solves, and checks the answer. What the check does not let pass of an approximation stays one. */
-static pinch_status solve_in_forces(pinch_step_solver *solver, pinch_problem *problem, const pinch_mobility *mobility,
-                                    const pinch_solver_settings *settings, pinch_force_way way,
-                                    pinch_step_result *result)
+static pinch_status solve_in_forces(step_solve *s, const pinch_mobility *mobility, pinch_force_way way)
 {
-    pinch_arena *arena = &solver->arena;
-    pinch_force_system system = {.orders = &solver->orders};
+    pinch_arena *arena = &s->solver->arena;
+    pinch_problem *problem = s->problem;
+    const pinch_solver_settings *settings = s->settings;
+    pinch_step_result *result = s->result;
+    pinch_force_system system = {.orders = &s->solver->orders};
     if (!pinch_force_solve(arena, problem, mobility, settings, way, &system, result)) return failure(arena);
     bool approximated = system.given_up || way == PINCH_FORCE_BY_SWEEPS;
     if (result->solve.status != PINCH_SOLVE_CONVERGED) result->swept = false;
@@ -197,13 +211,12 @@ static bool can_be_swept(const pinch_problem *problem, const pinch_solver_settin
 }
 
 /* Approximates the step after other ways. */
-static pinch_status sweep(pinch_step_solver *solver, pinch_problem *problem, const pinch_mobility *mobility,
-                          const pinch_solver_settings *settings, pinch_step_result *result)
+static pinch_status sweep(step_solve *s, const pinch_mobility *mobility)
 {
-    bool over_budget = result->over_budget;
-    result->floor_depth = result->floor_residual = 0;
-    pinch_status status = solve_in_forces(solver, problem, mobility, settings, PINCH_FORCE_BY_SWEEPS, result);
-    result->over_budget = over_budget;
+    bool over_budget = s->result->over_budget;
+    s->result->floor_depth = s->result->floor_residual = 0;
+    pinch_status status = solve_in_forces(s, mobility, PINCH_FORCE_BY_SWEEPS);
+    s->result->over_budget = over_budget;
     return status;
 }
 
@@ -213,12 +226,15 @@ static pinch_status sweep(pinch_step_solver *solver, pinch_problem *problem, con
  * finger, that is too coarse for the check, and the solve goes on from where it is, measured by what acts there, as
  * long as a step pays.
  */
-static pinch_status solve_in_velocities(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
-                                        const pinch_solver_settings *settings, pinch_step_result *result)
+static pinch_status solve_in_velocities(step_solve *s)
 {
     enum { MEASURES = 3 };
+    pinch_arena *arena = &s->solver->arena;
+    pinch_problem *problem = s->problem;
+    const pinch_solver_settings *settings = s->settings;
+    pinch_step_result *result = s->result;
     pinch_velocity_system system;
-    if (!pinch_velocity_system_build(arena, problem, mobility, &system)) return failure(arena);
+    if (!pinch_velocity_system_build(arena, problem, &s->mobility, &system)) return failure(arena);
     result->unknowns = system.unknowns;
     pinch_solver_result total = {.status = PINCH_SOLVE_CONVERGED}, *solve = &result->solve;
     bool verified = false;
@@ -296,75 +312,95 @@ static void poison(pinch_problem *problem)
 }
 
 /* Tells whether there is no answer yet, and the forces as unknowns may find one. */
-static bool can_go_on(const pinch_solver_settings *settings, choice can, const pinch_step_result *result)
+static bool can_go_on(const step_solve *s)
 {
-    return can.forces && result->solve.status != PINCH_SOLVE_CONVERGED && !result->over_budget &&
-           result->solve.iterations < settings->max_iterations;
+    const pinch_step_result *result = s->result;
+    return s->can.forces && result->solve.status != PINCH_SOLVE_CONVERGED && !result->over_budget &&
+           result->solve.iterations < s->settings->max_iterations;
+}
+
+static bool build_mobility(step_solve *s, pinch_elimination elimination)
+{
+    return pinch_mobility_build(&s->solver->arena, s->problem, elimination, &s->mobility);
+}
+
+/* Prepares the mobility, and finds which unknowns are tried first. */
+static pinch_status choose_unknowns(step_solve *s)
+{
+    pinch_elimination elimination = !s->can.forces                   ? PINCH_ELIMINATE_ALL
+                                    : s->can.velocities && !s->stiff ? PINCH_ELIMINATE_INTO_RATES
+                                                                     : PINCH_ELIMINATE_WHERE_CHEAP;
+    if (!build_mobility(s, elimination)) return failure(&s->solver->arena);
+    s->can.velocities = s->can.velocities && couplings_fit_velocities(s->problem, &s->mobility);
+    if (!s->can.velocities && !s->can.forces) return PINCH_UNSUPPORTED;
+    s->result->dependent_rows = s->mobility.dependent_count;
+    s->forces = s->can.forces && (!s->can.velocities || s->mobility.kept_count > 0 || s->stiff ||
+                                  is_large(&s->mobility) || is_rows_alone(s->problem, &s->mobility));
+    if (s->forces && has_rates(&s->mobility, false) && !build_mobility(s, PINCH_ELIMINATE_WHERE_CHEAP))
+        return failure(&s->solver->arena);
+    s->sweeps = can_be_swept(s->problem, s->settings, s->can);
+    return PINCH_OK;
+}
+
+/* Makes another mobility, and solves in the forces with it. */
+static pinch_status solve_in_forces_anew(step_solve *s, pinch_elimination elimination, pinch_force_way way)
+{
+    if (!build_mobility(s, elimination)) return failure(&s->solver->arena);
+    s->result->dependent_rows = s->mobility.dependent_count;
+    return solve_in_forces(s, &s->mobility, way);
+}
+
+/* Tries what may find an answer, one after the other: the forces, the velocities, the forces with loops that are in the
+ * rates of joints no more, a path of solutions, sweeps. */
+static pinch_status try_in_order(step_solve *s)
+{
+    enum { DENSE_LIMIT = 600 }; /* unknowns above which a dense factorization is not tried */
+    pinch_step_result *result = s->result;
+    pinch_arena *arena = &s->solver->arena;
+    const pinch_mobility reduced = s->mobility; /* later attempts may make another one, behind this mark */
+    pinch_arena_mark here = pinch_arena_here(arena);
+    pinch_status status = PINCH_OK;
+    bool by_forces = s->forces;
+    if (by_forces) {
+        status = solve_in_forces(s, &s->mobility, PINCH_FORCE_BY_NEWTON);
+        bool answered = status != PINCH_OK || result->solve.status == PINCH_SOLVE_CONVERGED || result->swept;
+        by_forces = answered || !s->can.velocities || s->mobility.unknowns > DENSE_LIMIT ||
+                    result->solve.iterations >= s->settings->max_iterations;
+    }
+    if (!by_forces && s->mobility.kept_count > 0 && !build_mobility(s, PINCH_ELIMINATE_ALL)) return failure(arena);
+    if (!by_forces) status = solve_in_velocities(s);
+    if (status == PINCH_OK && pinch_mobility_has_loops(&s->mobility) && can_go_on(s))
+        status = solve_in_forces_anew(s, PINCH_ELIMINATE_WHERE_CHEAP, PINCH_FORCE_BY_NEWTON);
+    if (status == PINCH_OK && can_go_on(s)) /* a path takes fewer unknowns */
+        status = solve_in_forces_anew(s, PINCH_ELIMINATE_INDEPENDENT, PINCH_FORCE_BY_PATH);
+    if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED && result->over_budget && s->sweeps &&
+        !result->swept) {
+        pinch_arena_rewind(arena, &here);
+        status = sweep(s, &reduced);
+    }
+    return status;
 }
 
 pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem, const pinch_solver_settings *settings,
                               pinch_step_result *result)
 {
-    enum { DENSE_LIMIT = 600 }; /* unknowns above which a dense factorization is not tried */
     memset(result, 0, sizeof *result);
     if (!pinch_problem_valid(problem)) return PINCH_INVALID_ARGUMENT;
-    choice can = possible_unknowns(problem, settings);
-    if (!can.velocities && !can.forces) return PINCH_UNSUPPORTED;
-
-    pinch_arena *arena = &solver->arena;
-    pinch_mobility mobility;
-    pinch_arena_reset(arena);
-    bool stiff = can.forces && is_stiff(problem);
-    if (can.velocities && !stiff && is_single_body(problem, settings)) {
-        pinch_status status = solve_single_body(arena, problem, settings, result);
+    step_solve s = {.solver = solver, .problem = problem, .settings = settings, .result = result};
+    s.can = possible_unknowns(problem, settings);
+    if (!s.can.velocities && !s.can.forces) return PINCH_UNSUPPORTED;
+    pinch_arena_reset(&solver->arena);
+    s.stiff = s.can.forces && is_stiff(problem);
+    if (s.can.velocities && !s.stiff && is_single_body(problem, settings)) {
+        pinch_status status = solve_single_body(&solver->arena, problem, settings, result);
         if (status != PINCH_OK || result->unknowns > 0) return status;
-        pinch_arena_reset(arena);
+        pinch_arena_reset(&solver->arena);
     }
     for (int j = 0; j < problem->row_count; j++) problem->rows[j].violation = 0;
-    pinch_elimination elimination = !can.forces                ? PINCH_ELIMINATE_ALL
-                                    : can.velocities && !stiff ? PINCH_ELIMINATE_INTO_RATES
-                                                               : PINCH_ELIMINATE_WHERE_CHEAP;
-    if (!pinch_mobility_build(arena, problem, elimination, &mobility)) return failure(arena);
-    can.velocities = can.velocities && couplings_fit_velocities(problem, &mobility);
-    if (!can.velocities && !can.forces) return PINCH_UNSUPPORTED;
-
-    result->dependent_rows = mobility.dependent_count;
-    pinch_status status = PINCH_OK;
-    bool forces = can.forces && (!can.velocities || mobility.kept_count > 0 || stiff || is_large(&mobility) ||
-                                 is_rows_alone(problem, &mobility));
-    if (forces && has_rates(&mobility, false) &&
-        !pinch_mobility_build(arena, problem, PINCH_ELIMINATE_WHERE_CHEAP, &mobility))
-        return failure(arena);
-    bool sweeps = can_be_swept(problem, settings, can);
-    const pinch_mobility reduced = mobility; /* a path may make another one, behind this mark */
-    pinch_arena_mark here = pinch_arena_here(arena);
-    if (sweeps && settings->sweeps_alone) return sweep(solver, problem, &mobility, settings, result);
-    if (forces) {
-        status = solve_in_forces(solver, problem, &mobility, settings, PINCH_FORCE_BY_NEWTON, result);
-        bool answered = status != PINCH_OK || result->solve.status == PINCH_SOLVE_CONVERGED || result->swept;
-        forces = answered || !can.velocities || mobility.unknowns > DENSE_LIMIT ||
-                 result->solve.iterations >= settings->max_iterations;
-    }
-    if (!forces && mobility.kept_count > 0 && !pinch_mobility_build(arena, problem, PINCH_ELIMINATE_ALL, &mobility))
-        return failure(arena);
-    if (!forces) status = solve_in_velocities(arena, problem, &mobility, settings, result);
-    if (status == PINCH_OK && pinch_mobility_has_loops(&mobility) && can_go_on(settings, can, result)) {
-        /* as where loops are not in the rates of joints */
-        if (!pinch_mobility_build(arena, problem, PINCH_ELIMINATE_WHERE_CHEAP, &mobility)) return failure(arena);
-        result->dependent_rows = mobility.dependent_count;
-        status = solve_in_forces(solver, problem, &mobility, settings, PINCH_FORCE_BY_NEWTON, result);
-    }
-    if (status == PINCH_OK && can_go_on(settings, can, result)) {
-        /* a path takes fewer unknowns */
-        if (!pinch_mobility_build(arena, problem, PINCH_ELIMINATE_INDEPENDENT, &mobility)) return failure(arena);
-        result->dependent_rows = mobility.dependent_count;
-        status = solve_in_forces(solver, problem, &mobility, settings, PINCH_FORCE_BY_PATH, result);
-    }
-    if (status == PINCH_OK && result->solve.status != PINCH_SOLVE_CONVERGED && result->over_budget && sweeps &&
-        !result->swept) {
-        pinch_arena_rewind(arena, &here);
-        status = sweep(solver, problem, &reduced, settings, result);
-    }
+    pinch_status status = choose_unknowns(&s);
+    if (status != PINCH_OK) return status;
+    if (s.sweeps && settings->sweeps_alone) return sweep(&s, &s.mobility);
+    status = try_in_order(&s);
     bool outputs = result->solve.status == PINCH_SOLVE_CONVERGED || result->swept || problem->keep_trial;
     if (status == PINCH_OK && !outputs) poison(problem);
     return status;
