@@ -11,23 +11,36 @@
 #include <math.h>
 #include <string.h>
 
+/* A solve of an island on its way. */
+typedef struct island_solve {
+    const pinch_step_context *context;
+    pinch_contact_store *contacts;
+    pinch_island_graph *graph;
+    const pinch_step_bodies *bodies; /* the graph's */
+    pinch_joint_store *joints;
+    pinch_solver_thread *thread;
+    pinch_island *island;
+    pinch_problem problem;
+} island_solve;
+
 /* Lays out the island's problem, still empty, in the thread's buffers or where it has to stay. Returns false when
  * memory runs out. */
-static bool lay_out(const pinch_step_context *context, const pinch_island_graph *graph, pinch_solver_pool *pool,
-                    int worker, const pinch_island *island, pinch_problem *problem)
+static bool lay_out(island_solve *s, pinch_solver_pool *pool)
 {
+    const pinch_step_context *context = s->context;
+    const pinch_island *island = s->island;
     bool keep = context->settings.keep_islands;
-    pinch_problem_buffers *buffers = keep ? &pool->kept : &pool->thread[worker].buffers;
+    pinch_problem_buffers *buffers = keep ? &pool->kept : &s->thread->buffers;
     if (!keep &&
         !pinch_reserve_problem(buffers, island->bodies.count, island->contacts.count, island->joints.room.count))
         return false;
-    *problem = (pinch_problem){
+    s->problem = (pinch_problem){
         .step = context->h,
         .faces = context->settings.faces,
-        .memory = context->settings.cold_start ? NULL : graph->memories.items[island - graph->items],
+        .memory = context->settings.cold_start ? NULL : s->graph->memories.items[island - s->graph->items],
         .crew = pinch_crew_of(pool, island),
         .keep_trial = keep || context->settings.recorder,
-        .tag = (uint64_t)(uintptr_t)pinch_island_body(&graph->bodies, island->bodies, 0)->body,
+        .tag = (uint64_t)(uintptr_t)pinch_island_body(s->bodies, island->bodies, 0)->body,
         .body_count = island->bodies.count,
         .contact_count = island->contacts.count,
         .bodies = buffers->bodies.items + (keep ? island->bodies.first : 0),
@@ -56,16 +69,15 @@ static void fill_bodies(void *argument, int first, int end)
     }
 }
 
-static void fill(const pinch_step_context *context, const pinch_contact_store *contacts,
-                 const pinch_step_bodies *bodies, pinch_joint_store *joints, pinch_island *island,
-                 pinch_problem *problem)
+static void fill(island_solve *s)
 {
-    fill_task task = {context, bodies, island, problem};
+    pinch_problem *problem = &s->problem;
+    fill_task task = {s->context, s->bodies, s->island, problem};
     pinch_loop(problem->crew, problem->body_count, fill_bodies, &task);
-    pinch_fill_joints(joints, context, bodies, &island->joints, problem);
-    for (int k = 0; k < problem->body_count; k++) pinch_apply_external(&problem->bodies[k], context->h);
-    pinch_fill_contacts(context, contacts, bodies, island, problem);
-    pinch_limit_drives(contacts, bodies, island, false, problem);
+    pinch_fill_joints(s->joints, s->context, s->bodies, &s->island->joints, problem);
+    for (int k = 0; k < problem->body_count; k++) pinch_apply_external(&problem->bodies[k], s->context->h);
+    pinch_fill_contacts(s->context, s->contacts, s->bodies, s->island, problem);
+    pinch_limit_drives(s->contacts, s->bodies, s->island, false, problem);
 }
 
 /* Rows that contradict each other have forces in proportion to what they miss. Where they are to miss less, they start
@@ -95,12 +107,13 @@ static bool overflows(const pinch_problem *problem)
 }
 
 /* The settings of an attempt: the solver asked for, then NSNMGK with Newton's steps, then Newton alone. */
-static pinch_solver_settings settings_of(const pinch_step_context *context, const pinch_island_graph *graph,
-                                         const pinch_island *island, int attempt)
+static pinch_solver_settings settings_of(const island_solve *s, int attempt)
 {
+    const pinch_step_context *context = s->context;
+    const pinch_island *island = s->island;
     pinch_solver_settings settings = context->settings.solver;
     if (settings.budget == 0)
-        settings.budget = pinch_budget_of(context, island, pinch_went_wrong_lately(context, graph, island));
+        settings.budget = pinch_budget_of(context, island, pinch_went_wrong_lately(context, s->graph, island));
     if (!pinch_island_may_be_swept(context, island))
         settings.sweeps = 0;
     else if (settings.sweeps == 0)
@@ -114,29 +127,29 @@ static pinch_solver_settings settings_of(const pinch_step_context *context, cons
 /* Tries solvers in the declared order: the one asked for, from the last forces; NSNMGK with Newton's steps from no
  * forces; Newton alone from none. The island is solved where one of them converged. Driven fingers that run away in an
  * answer are bounded in the next. */
-static void try_solvers(const pinch_step_context *context, const pinch_contact_store *contacts,
-                        const pinch_island_graph *graph, pinch_solver_thread *thread, pinch_problem *problem,
-                        pinch_island *island)
+static void try_solvers(island_solve *s)
 {
-    const pinch_step_bodies *bodies = &graph->bodies;
+    const pinch_step_context *context = s->context;
+    pinch_problem *problem = &s->problem;
+    pinch_island *island = s->island;
     pinch_step_result *result = &island->result;
-    int number = (int)(island - graph->items);
+    int number = (int)(island - s->graph->items);
     bool solved = false;
     pinch_problem before;
     island->tried = !island->sweeps_alone;
     result->over_budget = false;
     for (int attempt = 0; attempt < 3 && !solved && !result->over_budget; attempt++) {
-        pinch_solver_settings settings = settings_of(context, graph, island, attempt);
-        if (attempt > 0) pinch_limit_drives(contacts, bodies, island, true, problem);
+        pinch_solver_settings settings = settings_of(s, attempt);
+        if (attempt > 0) pinch_limit_drives(s->contacts, s->bodies, island, true, problem);
         if (attempt > 0 || context->settings.cold_start) forget_warm_start(problem);
-        if (attempt == 0) pinch_begin_recording(context, thread, problem, &before);
-        island->status = pinch_step_solve(thread->solver, problem, &settings, result);
+        if (attempt == 0) pinch_begin_recording(context, s->thread, problem, &before);
+        island->status = pinch_step_solve(s->thread->solver, problem, &settings, result);
         if (attempt == 0 && island->status == PINCH_OK)
             pinch_end_recording(context, number, &settings, &before, problem, result);
-        if (pinch_drives_run_away(contacts, bodies, island, problem)) {
-            pinch_limit_drives(contacts, bodies, island, true, problem);
+        if (pinch_drives_run_away(s->contacts, s->bodies, island, problem)) {
+            pinch_limit_drives(s->contacts, s->bodies, island, true, problem);
             forget_warm_start(problem);
-            island->status = pinch_step_solve(thread->solver, problem, &settings, result);
+            island->status = pinch_step_solve(s->thread->solver, problem, &settings, result);
         }
         if (island->status == PINCH_UNSUPPORTED) continue; /* the reference methods do not know all laws */
         if (island->status != PINCH_OK) return;
@@ -163,31 +176,31 @@ static bool joints_are_known(const pinch_joint_store *joints, const pinch_island
  * of position back whatever energy that puts in (energy_account.c). In loops it may be much, and in trees it is where
  * joints are torn. Quickstep's sweeps are not exact. Joints that are not known in full are ODE's in any case.
  */
-static bool ode_does_as_well(const pinch_step_context *context, const pinch_step_bodies *bodies,
-                             const pinch_joint_store *joints, pinch_island *island, const pinch_problem *problem)
+static bool ode_does_as_well(const island_solve *s)
 {
     enum { FEW_ROWS = 60 };
+    const pinch_step_context *context = s->context;
+    const pinch_joint_store *joints = s->joints;
+    pinch_island *island = s->island;
     if (island->contacts.count > 0 || island->joints.couplings.count > 0) return false;
     if (!joints_are_known(joints, island) || context->settings.joints_by_ode) return true;
     return context->settings.stepper == PINCH_ODE_WORLDSTEP && island->joints.row_count <= FEW_ROWS &&
-           !pinch_joints_close_loops(joints, bodies, island->bodies, &island->joints) &&
-           pinch_errors_are_small(context, joints, island, problem);
+           !pinch_joints_close_loops(joints, s->bodies, island->bodies, &island->joints) &&
+           pinch_errors_are_small(context, joints, island, &s->problem);
 }
 
 /*
  * Solves an island with joints that keep their errors of position, after none was found that takes them back. Rows that
  * ask for different things contradict each other no more then, and contacts need not give way to joints that close.
  */
-static void solve_without_closing(const pinch_step_context *context, const pinch_contact_store *contacts,
-                                  const pinch_island_graph *graph, const pinch_joint_store *joints,
-                                  pinch_solver_thread *thread, pinch_problem *problem, pinch_island *island)
+static void solve_without_closing(island_solve *s)
 {
-    pinch_island_joints *j = &island->joints;
-    pinch_set_closing_pace(joints, j, problem, j->pace, 0);
+    pinch_island_joints *j = &s->island->joints;
+    pinch_set_closing_pace(s->joints, j, &s->problem, j->pace, 0);
     j->pace = 0;
-    forget_warm_start(problem);
-    try_solvers(context, contacts, graph, thread, problem, island);
-    island->first_solve_failed = true;
+    forget_warm_start(&s->problem);
+    try_solvers(s);
+    s->island->first_solve_failed = true;
 }
 
 /* Returns the part of a pace at which no more than `most` should be put in, after `work` was; no_try_left: 0. Work goes
@@ -198,18 +211,18 @@ static double slower(double pace, double most, double work, bool no_try_left)
 }
 
 /* Tells whether joints have put more energy in than they may. */
-static bool joints_put_too_much_in(const pinch_step_context *context, const pinch_joint_store *joints,
-                                   const pinch_island_graph *graph, const pinch_problem *problem, pinch_island *island)
+static bool joints_put_too_much_in(island_solve *s)
 {
+    pinch_island *island = s->island;
     pinch_island_joints *j = &island->joints;
     if (j->joint_rows == 0) return false;
-    j->work = pinch_joint_work(joints, j, &graph->bodies, island->bodies, problem);
+    j->work = pinch_joint_work(s->joints, j, s->bodies, island->bodies, &s->problem);
     if ((island->result.too_soft || island->result.gave_way) && !j->torn) pinch_close_overdraft(j);
     j->lifting = 0;
     if (j->work > j->energy) {
-        bool loops = pinch_joints_close_loops(joints, &graph->bodies, island->bodies, j);
-        double fall = pinch_fall_in_step(context);
-        j->lifting = pinch_joint_lifting(joints, j, &graph->bodies, problem, loops, fall);
+        bool loops = pinch_joints_close_loops(s->joints, s->bodies, island->bodies, j);
+        double fall = pinch_fall_in_step(s->context);
+        j->lifting = pinch_joint_lifting(s->joints, j, s->bodies, &s->problem, loops, fall);
     }
     j->put_energy_in = !(j->work <= j->energy + j->lifting);
     return j->put_energy_in;
@@ -223,69 +236,97 @@ typedef struct push {
     bool let_go;
 } push;
 
+static const push AS_THEY_CAME = {1, 1, 1, false};
+
 /* Fills in the contacts anew, as they came but for how they push. */
-static void push_at(const pinch_step_context *context, const pinch_contact_store *contacts,
-                    const pinch_step_bodies *bodies, pinch_problem *problem, pinch_island *island, const push *p)
+static void push_at(island_solve *s, const push *p)
 {
-    pinch_fill_contacts(context, contacts, bodies, island, problem);
-    pinch_slow_push_out(contacts, island, p->pace, p->bounce, problem);
-    if (p->let_go) pinch_let_go(contacts, island, problem);
-    if (p->partners < 1) pinch_slow_partners(contacts, island, p->partners, problem);
-    forget_row_forces(problem);
-    island->phase = PINCH_ISLAND_AWAKE;
+    pinch_fill_contacts(s->context, s->contacts, s->bodies, s->island, &s->problem);
+    pinch_slow_push_out(s->contacts, s->island, p->pace, p->bounce, &s->problem);
+    if (p->let_go) pinch_let_go(s->contacts, s->island, &s->problem);
+    if (p->partners < 1) pinch_slow_partners(s->contacts, s->island, p->partners, &s->problem);
+    forget_row_forces(&s->problem);
+    s->island->phase = PINCH_ISLAND_AWAKE;
+}
+
+/* Solves with contacts as they came, after none was found that push more slowly: ODE would push as fast. */
+static void solve_as_they_came(island_solve *s, double joint_pace)
+{
+    pinch_island_joints *j = &s->island->joints;
+    fill(s);
+    j->pace = joint_pace;
+    if (j->joint_rows > 0 && j->pace < 1) pinch_set_closing_pace(s->joints, j, &s->problem, 1, j->pace);
+    try_solvers(s);
+}
+
+/* What went wrong in a try. */
+typedef struct verdict {
+    bool joints, contacts; /* these put more energy in than they may */
+    bool partners;         /* contacts have let go, and still get much from partners that drive bodies on */
+} verdict;
+
+static verdict judge(island_solve *s, bool pushes, const push *p)
+{
+    pinch_island *island = s->island;
+    verdict found = {.joints = joints_put_too_much_in(s)};
+    if (pushes) pinch_judge_push(s->context, s->contacts, s->bodies, &s->problem, island);
+    found.contacts = pushes && !(island->push_work <= island->push_limit);
+    found.partners = found.contacts && p->let_go && island->push_work > pinch_most_of_partners(island);
+    return found;
+}
+
+enum { TRIES = 4, WITH_PARTNERS = TRIES + 2 }; /* the last two hold back partners that drive bodies on */
+
+/* Prepares the try after this one, in which what put too much in goes more slowly. */
+static void slow_down(island_solve *s, int try, verdict v, push *p)
+{
+    static const double NEARLY = 0.9; /* what they give goes with the square of their pace, if nothing else moves */
+    pinch_island *island = s->island;
+    pinch_island_joints *j = &island->joints;
+    bool no_try_left = try >= TRIES - 2;
+    p->let_go = p->let_go || (v.contacts && p->pace == 0);
+    if (v.contacts) p->bounce = p->pace = slower(p->pace, island->push_limit, island->push_work, no_try_left);
+    if (try >= TRIES) p->partners = try > TRIES ? 0 : NEARLY * sqrt(pinch_most_of_partners(island) / island->push_work);
+    push_at(s, p);
+    if (!v.joints) return;
+    double pace = slower(j->pace, j->energy + j->lifting, j->work, no_try_left);
+    pinch_set_closing_pace(s->joints, j, &s->problem, j->pace, pace);
+    j->pace = pace;
 }
 
 /*
  * Solves an island with joints or hard contacts. Where joints would put in more energy than they may as they take
  * errors of position back, or hard contacts as they push bodies out of each other, these do it more slowly. Where
- * contacts that push more slowly have no answer, the first one stands: ODE would push as fast.
+ * contacts that push more slowly have no answer, the first one stands.
  */
-static void solve_in_bounds(const pinch_step_context *context, const pinch_contact_store *contacts,
-                            const pinch_island_graph *graph, pinch_joint_store *joints, pinch_solver_thread *thread,
-                            pinch_problem *problem, pinch_island *island)
+static void solve_in_bounds(island_solve *s)
 {
-    enum { TRIES = 4, WITH_PARTNERS = TRIES + 2 }; /* the last two hold back partners that drive bodies on */
-    static const double NEARLY = 0.9; /* what they give goes with the square of their pace, if nothing else moves */
+    pinch_island *island = s->island;
     pinch_island_joints *j = &island->joints;
-    const pinch_step_bodies *bodies = &graph->bodies;
-    bool jointed = j->joint_rows > 0, known = !jointed || joints_are_known(joints, island), last = false;
-    bool pushes = pinch_open_push(context, contacts, graph, problem, island);
-    if (jointed) pinch_open_account(context, graph, joints, problem, island);
-    if (jointed && j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
+    bool jointed = j->joint_rows > 0, known = !jointed || joints_are_known(s->joints, island), last = false;
+    bool pushes = pinch_open_push(s->context, s->contacts, s->graph, &s->problem, island);
+    if (jointed) pinch_open_account(s->context, s->graph, s->joints, &s->problem, island);
+    if (jointed && j->pace < 1) pinch_set_closing_pace(s->joints, j, &s->problem, 1, j->pace);
     double first_pace = j->pace;
-    push p = {pushes ? island->push_pace : 1, 1, 1, false};
-    if (p.pace < 1) pinch_slow_push_out(contacts, island, p.pace, 1, problem);
+    push p = AS_THEY_CAME;
+    if (pushes) p.pace = island->push_pace;
+    if (p.pace < 1) pinch_slow_push_out(s->contacts, island, p.pace, 1, &s->problem);
     for (int try = 0;; try++) {
-        try_solvers(context, contacts, graph, thread, problem, island);
+        try_solvers(s);
         bool may_wait = jointed && j->pace > 0 && !island->result.over_budget && known;
-        if (island->status == PINCH_OK && !pinch_island_is_solved(island) && may_wait)
-            solve_without_closing(context, contacts, graph, joints, thread, problem, island);
+        if (island->status == PINCH_OK && !pinch_island_is_solved(island) && may_wait) solve_without_closing(s);
         if (island->status == PINCH_OK && !pinch_island_is_solved(island) && p.pace < 1) {
-            fill(context, contacts, bodies, joints, island, problem);
-            j->pace = first_pace;
-            if (jointed && j->pace < 1) pinch_set_closing_pace(joints, j, problem, 1, j->pace);
-            try_solvers(context, contacts, graph, thread, problem, island);
+            solve_as_they_came(s, first_pace);
             last = try > 0;
-            p = (push){1, 1, 1, false};
+            p = AS_THEY_CAME;
         }
         if (!pinch_island_is_solved(island)) return;
-        bool put_in = joints_put_too_much_in(context, joints, graph, problem, island);
-        if (pushes) pinch_judge_push(context, contacts, bodies, problem, island);
-        bool pushed_in = pushes && !(island->push_work <= island->push_limit);
-        double of_partners = pinch_most_of_partners(island);
-        bool runs_away = pushed_in && p.let_go && island->push_work > of_partners;
-        if ((!put_in && !pushed_in) || last || try == WITH_PARTNERS || (jointed && !isfinite(j->work)) || !known) break;
-        if (try >= TRIES && !runs_away) break;
-        p.let_go = p.let_go || (pushed_in && p.pace == 0);
-        if (pushed_in) p.bounce = p.pace = slower(p.pace, island->push_limit, island->push_work, try >= TRIES - 2);
-        if (try >= TRIES) p.partners = try > TRIES ? 0 : NEARLY * sqrt(of_partners / island->push_work);
-        push_at(context, contacts, bodies, problem, island, &p);
-        if (!put_in) continue;
-        double pace = slower(j->pace, j->energy + j->lifting, j->work, try >= TRIES - 2);
-        pinch_set_closing_pace(joints, j, problem, j->pace, pace);
-        j->pace = pace;
+        verdict v = judge(s, pushes, &p);
+        bool good = !v.joints && !v.contacts, judged = known && (!jointed || isfinite(j->work));
+        if (good || last || !judged || try == WITH_PARTNERS || (try >= TRIES && !v.partners)) break;
+        slow_down(s, try, v, &p);
     }
-    if (pushes) pinch_close_push(context, problem, p.pace, island);
+    if (pushes) pinch_close_push(s->context, &s->problem, p.pace, island);
 }
 
 /* Reading an answer out, and giving it to ODE. */
@@ -351,15 +392,18 @@ static bool rounding_moves_bodies(const pinch_problem *problem)
 }
 
 /* Reads out the answer and gives it to ODE. Returns false where it cannot be trusted, and nothing is given. */
-static bool give_answer(const pinch_step_context *context, pinch_contact_store *contacts, pinch_island_graph *graph,
-                        pinch_joint_store *joints, pinch_island *island, const pinch_problem *problem)
+static bool give_answer(island_solve *s)
 {
-    pinch_step_bodies *bodies = &graph->bodies;
+    const pinch_step_context *context = s->context;
+    pinch_step_bodies *bodies = &s->graph->bodies;
+    pinch_joint_store *joints = s->joints;
+    pinch_island *island = s->island;
+    const pinch_problem *problem = &s->problem;
     answer_task task = {.bodies = bodies, .island = island, .problem = problem};
     pinch_loop(problem->crew, island->bodies.count, read_bodies, &task);
     pinch_read_joints(joints, &island->joints, problem);
     island->drives_at_limit = pinch_drives_at_limit(island, problem);
-    pinch_read_out_contacts(contacts, bodies, island, problem);
+    pinch_read_out_contacts(s->contacts, bodies, island, problem);
     bool rounds = rounding_moves_bodies(problem);
     if (island->result.dependent_rows > 0 || rounds)
         pinch_share_joint_forces(joints, bodies, island->bodies, &island->joints, problem, rounds);
@@ -373,13 +417,48 @@ static bool give_answer(const pinch_step_context *context, pinch_contact_store *
     return false;
 }
 
+/* Tells whether the island is left to ODE, or waits for ODE to take it, without a try. */
+static bool goes_without_a_try(island_solve *s)
+{
+    pinch_island *island = s->island;
+    island->sweeps_alone = false;
+    if (island->phase == PINCH_ISLAND_ASLEEP) return false;
+    if (ode_does_as_well(s)) {
+        island->phase = PINCH_ISLAND_LEFT;
+        island->first_solve_failed = false;
+        return true;
+    }
+    bool waits = pinch_backoff_holds(s->context, s->graph, island);
+    island->sweeps_alone = waits && pinch_island_may_be_swept(s->context, island);
+    if (!waits || island->sweeps_alone) return false;
+    island->first_solve_failed = false; /* none has been tried */
+    pinch_leave_unsolved(s->contacts, island);
+    return true;
+}
+
+/* Has an island whose answer has been given rest, where it is one of rest. */
+static void let_rest(island_solve *s)
+{
+    pinch_island *island = s->island;
+    if (island->joints.range.count > 0 && !island->joints.by_pinch) return;
+    island->phase = PINCH_ISLAND_RESTING;
+    pinch_balance_gravity(s->context, s->bodies, island);
+    island->joints.rest_bits = pinch_joint_bits(&island->joints, &s->problem);
+    pinch_remember_joint_inputs(s->joints, &island->joints);
+}
+
 void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *contacts, pinch_island_graph *graph,
                         pinch_joint_store *joints, pinch_solver_pool *pool, int worker, pinch_island *island)
 {
     const pinch_step_bodies *bodies = &graph->bodies;
-    pinch_solver_thread *thread = &pool->thread[worker];
-    pinch_problem problem;
-    if (pinch_island_unchanged(context, contacts, bodies, joints, &thread->buffers, island)) {
+    island_solve s = {.context = context,
+                      .contacts = contacts,
+                      .graph = graph,
+                      .bodies = bodies,
+                      .joints = joints,
+                      .thread = &pool->thread[worker],
+                      .island = island};
+    if (pinch_island_unchanged(context, contacts, bodies, joints, &s.thread->buffers, island)) {
         pinch_reuse_answer(context, bodies, joints, island);
         return;
     }
@@ -388,42 +467,23 @@ void pinch_solve_island(const pinch_step_context *context, pinch_contact_store *
         pinch_leave_unsolved(contacts, island);
         return;
     }
-    if (!lay_out(context, graph, pool, worker, island, &problem)) {
+    if (!lay_out(&s, pool)) {
         island->status = PINCH_OUT_OF_MEMORY;
         return;
     }
-    fill(context, contacts, bodies, joints, island, &problem);
-    bool awake = island->phase != PINCH_ISLAND_ASLEEP;
-    if (awake && ode_does_as_well(context, bodies, joints, island, &problem)) {
-        island->phase = PINCH_ISLAND_LEFT;
-        island->first_solve_failed = false;
-        return;
-    }
-    bool waits = awake && pinch_backoff_holds(context, graph, island);
-    island->sweeps_alone = waits && pinch_island_may_be_swept(context, island);
-    if (waits && !island->sweeps_alone) {
-        island->first_solve_failed = false; /* none has been tried */
-        pinch_leave_unsolved(contacts, island);
-        return;
-    }
-    if (awake && !context->settings.ode_solves)
-        solve_in_bounds(context, contacts, graph, joints, thread, &problem, island);
+    fill(&s);
+    if (goes_without_a_try(&s)) return;
+    if (island->phase != PINCH_ISLAND_ASLEEP && !context->settings.ode_solves) solve_in_bounds(&s);
     if (!pinch_island_is_solved(island)) {
         pinch_leave_unsolved(contacts, island);
         return;
     }
-    bool jointed = island->joints.range.count > 0;
     bool verified = island->result.solve.status == PINCH_SOLVE_CONVERGED;
-    bool rests = verified && (!jointed || context->solve_and_advance) &&
-                 pinch_island_at_rest(context, contacts, bodies, island, &problem);
-    if (rests) pinch_make_steady(contacts, island, &problem);
-    if (!give_answer(context, contacts, graph, joints, island, &problem)) {
+    bool rests = verified && (island->joints.range.count == 0 || context->solve_and_advance) &&
+                 pinch_island_at_rest(context, contacts, bodies, island, &s.problem);
+    if (rests) pinch_make_steady(contacts, island, &s.problem);
+    if (!give_answer(&s))
         pinch_leave_unsolved(contacts, island);
-        return;
-    }
-    if (!rests || (jointed && !island->joints.by_pinch)) return;
-    island->phase = PINCH_ISLAND_RESTING;
-    pinch_balance_gravity(context, bodies, island);
-    island->joints.rest_bits = pinch_joint_bits(&island->joints, &problem);
-    pinch_remember_joint_inputs(joints, &island->joints);
+    else if (rests)
+        let_rest(&s);
 }
