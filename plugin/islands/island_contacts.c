@@ -201,6 +201,7 @@ static double apply_surface(const pinch_step_context *context, const pinch_conta
         .approach_depth = fmin(c->depth, fmax(pair->approach_depth, -context->h * approach)),
         .pose_speed = pair->posed.speed,
         .force = point->normal_force,
+        .compliance = own->compliance[0],
     };
     c->max_force = INFINITY;
     own->rebound = pinch_surface_apply(context, &store->surfaces.items[own->surface].surface, &conditions, c);

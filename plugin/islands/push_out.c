@@ -15,6 +15,8 @@
  *    to gain h m g v+, and a box that a belt takes uphill more than the belt gives. One by one they cannot be judged:
  *    in a jam, some give what others take. Where joints put in what contacts do not, that is for the account of joints
  *    to judge (energy_account.c).
+ *  - What motors take in the same step does not count: contacts that push a squeezed body out push fingers back against
+ *    their motors, and throw nothing. (Springs of joints would give it back.)
  *  - They keep a balance, as joints do: they may put in what bodies have lost in contacts not long before (time-domain
  *    passivity), about twice the energy that overlaps ask for by themselves, once, and a part of a step's fall, with
  * which all overlaps go in the end. Joints may hang all bodies of an island on one that is pushed. With more in each
@@ -377,7 +379,8 @@ void pinch_judge_push(const pinch_step_context *context, const pinch_contact_sto
     double of_surfaces = work_of_surfaces(contacts, bodies, problem, island);
     if (island->joints.joint_rows > 0) {
         by_contacts = pinch_contact_work(problem);
-        put_in = island->joints.work + by_contacts + lag; /* without what motors and springs of joints do */
+        /* without what motors and springs of joints do; but what motors take throws nothing */
+        put_in = island->joints.work + by_contacts + lag + fmin(pinch_motor_work(problem), 0);
     }
     bool lifts = island->push_lifts && !island->result.swept;
     double lifting = lifts ? work_of_lifting(context, contacts, bodies, problem, island) : 0;

@@ -73,6 +73,17 @@ static double driven_work(const pinch_joint_store *store, const pinch_island_joi
     return work;
 }
 
+double pinch_motor_work(const pinch_problem *problem)
+{
+    double work = 0;
+    for (int k = 0; k < problem->row_count; k++) {
+        const pinch_joint_row *row = &problem->rows[k];
+        bool motor = row->low > -INFINITY && row->high < INFINITY;
+        if (motor) work += problem->step * row->force * velocity_along(problem, row);
+    }
+    return work;
+}
+
 double pinch_contact_work(const pinch_problem *problem)
 {
     double work = 0;

@@ -204,6 +204,28 @@ static void test_wishbones(void **state)
     exec_run_free(&converged);
 }
 
+/* Fingers on motors squeeze what is a thousandth of what they could lift. They are held up by their full force, and
+ * hardly any overlap stays: contacts may push them back against their motors. */
+static void test_light_bodies_are_not_squashed(void **state)
+{
+    (void)state;
+    static const struct {
+        char *mass, *force, *h;
+    } CASES[] = {
+        {"0.001", "50", "0.01"}, {"0.0005", "50", "0.01"}, {"0.001", "1000", "0.002"}, {"0.1", "10000", "0.01"}};
+    for (size_t k = 0; k < sizeof CASES / sizeof *CASES; k++) {
+        char *command[] = {exec_program("squeezed"), "--mass", CASES[k].mass, "--force",
+                           CASES[k].force,           "--h",    CASES[k].h,    NULL};
+        exec_run ours = exec_program_run((char *[]){NULL}, command);
+        double force = 2 * strtod(CASES[k].force, NULL);
+        assert_true(fabs(exec_number(ours.line, "overlap")) < 3e-4);
+        assert_close(exec_number(ours.line, "force"), force, 1e-3 * force);
+        assert_true(exec_number(ours.line, "kinetic") < 1e-15);
+        assert_true(exec_number(ours.stats, "unconverged_steps") == 0);
+        exec_run_free(&ours);
+    }
+}
+
 /* What joints put on light wheels is borne at the depth of ODE's law, however little the wheels weigh themselves. */
 static void test_light_wheels_bear_it(void **state)
 {
@@ -242,7 +264,7 @@ int main(void)
         cmocka_unit_test(test_loops_give_no_energy), cmocka_unit_test(test_torn_trees_give_no_energy),
         cmocka_unit_test(test_jams_give_no_energy),  cmocka_unit_test(test_raised_floors_are_left),
         cmocka_unit_test(test_ode_keeps_the_pace),   cmocka_unit_test(test_wishbones),
-        cmocka_unit_test(test_light_wheels_bear_it),
+        cmocka_unit_test(test_light_wheels_bear_it), cmocka_unit_test(test_light_bodies_are_not_squashed),
     };
     return cmocka_run_group_tests_name("exec joints", tests, NULL, NULL);
 }
