@@ -189,10 +189,11 @@ static bool somebody_stepped(void)
     return n > 0 && !strstr(text, "\"steps\": 0,");
 }
 
+static const double MUCH = 0.05; /* of all */
+
 /* Whoever runs a program with Pinch wants to know where it was ODE that solved it. */
 static void say_what_fell_back(const pinch_dropin_stats *stats)
 {
-    static const double MUCH = 0.05;
     double left = (double)stats->ode.contacts_left_unsolved + (double)stats->ode.contacts_left_unsupported +
                   (double)stats->contacts_refused + (double)stats->contacts_unrecorded;
     double solved = (double)stats->ode.contacts_solved;
@@ -203,12 +204,26 @@ static void say_what_fell_back(const pinch_dropin_stats *stats)
     say(text);
 }
 
+/* And where answers are not what they should be. */
+static void say_what_did_not_converge(const pinch_dropin_stats *stats)
+{
+    double part = (double)stats->ode.unconverged_steps / (double)stats->ode.steps;
+    char text[256];
+    if (!(part > MUCH)) return;
+    snprintf(text, sizeof text,
+             "pinch exec: %.0f %% of the steps did not converge: contacts were softer than prescribed, left to ODE, or "
+             "not verified (--stats tells)\n",
+             100 * part);
+    say(text);
+}
+
 void pinch_report_end(void)
 {
     pinch_dropin_stats stats = pinch_dropin_statistics();
     pinch_ode_settings settings = pinch_dropin_settings();
     bool stepped = stats.steps > 0;
     if (stepped) say_what_fell_back(&stats);
+    if (stepped) say_what_did_not_converge(&stats);
     if (!*path || (!stepped && !original)) return;
     bool written = (!to_stream && !stepped) || write_report(&stats, &settings);
     if (!stepped && (to_stream || !somebody_stepped()))

@@ -490,10 +490,11 @@ PINCH_API void pinch_ode_record_into_folder(void *folder, const pinch_ode_record
 
 /* Counts and extremes since the plugin was made, or reset. */
 typedef struct pinch_ode_stats {
-    long steps;                     /* done */
-    long contacts_solved;           /* contact points, summed over steps */
-    long contacts_left;             /* to ODE's own solver; the sum of the three below */
-    long contacts_left_by_scope;    /* outside settings.scope */
+    long steps;                  /* done */
+    long contacts_solved;        /* points of manifolds, summed over steps: fewer than contacts handed over where many
+                                  * are reduced, more where points stay that the collider does not return */
+    long contacts_left;          /* to ODE's own solver; the sum of the three below */
+    long contacts_left_by_scope; /* outside settings.scope */
     long contacts_left_unsupported; /* surface parameters that Pinch has no law for */
     long contacts_left_unsolved;    /* of islands that no solver solved, or whose joints ODE solves too coarsely */
     long islands_at_rest;    /* islands that nothing had changed, to the bit: the last step's answer was given again */
