@@ -34,7 +34,7 @@ static bool solve_along_path(pinch_arena *arena, pinch_velocity_system *vs, cons
     last.solver = PINCH_SOLVER_NEWTON;
     last.max_iterations = LAST_STEPS;
     if (pinch_solve_system(&system, &last, vs->solver_scratch, vs->x, result) != PINCH_OK) return false;
-    pinch_add_solver_counts(&total, result);
+    pinch_add_solver_counts(result, &total);
     result->by_flow = true;
     return true;
 }
@@ -57,7 +57,7 @@ static pinch_status solve_nonsmooth(pinch_arena *arena, pinch_velocity_system *v
         if (try == 1) memset(vs->x, 0, bytes);
         pinch_status status = pinch_solve_system(&system, &limited, vs->solver_scratch, vs->x, result);
         if (status != PINCH_OK) return status;
-        pinch_add_solver_counts(&total, result);
+        pinch_add_solver_counts(result, &total);
         if (result->status == PINCH_SOLVE_CONVERGED || !newton || settings->max_iterations <= FIRST_TRIES)
             return PINCH_OK;
         total = *result;
