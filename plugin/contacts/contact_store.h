@@ -82,7 +82,7 @@ typedef struct pinch_pair {
     int first_in_island;     /* of its points among its island's contacts */
     bool overlaps_deeply;    /* its bodies are in each other rather than in touch: see island_contacts.c */
     double approach_depth;   /* how deep its bodies have come into each other by their own motion within a step, m; no
-                              * more than   they are now */
+                              * more than they are now */
     pinch_pose_motion posed; /* where its points have laws of their own */
     double turned[3];        /* rad: how far body 0 turned against body 1 in the last step */
     double slip_total, twist_total; /* m, rad: paths slipped and twisted since its points began to press */

@@ -162,7 +162,7 @@ static double deepest_in(const pinch_step_context *context, pinch_surface_condit
     if (g > 0) most = fmin(limit, fmax(pace * sqrt(2 * g * depth), limit * context->h / LONG_STEP));
     if (!(pace * conditions->pose_speed > SLOWLY_POSED * most)) conditions->pose_speed = 0;
     return fmax(fmax(most, conditions->approach_depth),
-                pace * fmax(conditions->pose_speed, 2 * fmax(cfm, conditions->compliance) * conditions->force));
+                pace * fmax(conditions->pose_speed, 2 * cfm * conditions->force));
 }
 
 static void set_limit(const pinch_surface *s, const pinch_surface_conditions *conditions, int i, double *coefficient,

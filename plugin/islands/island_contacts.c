@@ -183,6 +183,7 @@ static void estimate_pose_speed(const pinch_step_context *context, pinch_pair *p
     posed->seen_step = context->number;
     posed->seen_depth = deepest->depth;
     pinch_v3_copy(posed->seen_normal, deepest->normal);
+    posed->apart = pinch_pair_apart(pair); /* and so it stays where the island sleeps on */
 }
 
 /* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. Returns
@@ -201,7 +202,6 @@ static double apply_surface(const pinch_step_context *context, const pinch_conta
         .approach_depth = fmin(c->depth, fmax(pair->approach_depth, -context->h * approach)),
         .pose_speed = pair->posed.speed,
         .force = point->normal_force,
-        .compliance = own->compliance[0],
     };
     c->max_force = INFINITY;
     own->rebound = pinch_surface_apply(context, &store->surfaces.items[own->surface].surface, &conditions, c);

@@ -15,12 +15,13 @@
  *    to gain h m g v+, and a box that a belt takes uphill more than the belt gives. One by one they cannot be judged:
  *    in a jam, some give what others take. Where joints put in what contacts do not, that is for the account of joints
  *    to judge (energy_account.c).
- *  - What motors take in the same step does not count: contacts that push a squeezed body out push fingers back against
- *    their motors, and throw nothing. (Springs of joints would give it back.)
+ *  - What a motor takes that presses a body into an overlap with all its force, and is pushed back, does not count:
+ *    fingers that squeeze a light body have to come out of it against their motors. Of other motors and brakes it
+ *    counts, as contacts might pump against them. (Springs of joints would give it back.)
  *  - They keep a balance, as joints do: they may put in what bodies have lost in contacts not long before (time-domain
  *    passivity), about twice the energy that overlaps ask for by themselves, once, and a part of a step's fall, with
- * which all overlaps go in the end. Joints may hang all bodies of an island on one that is pushed. With more in each
- * step, a chain of bodies that was held in a wall and dragged along was spun up for as long as it was in there.
+ *    which all overlaps go in the end. Joints may hang all bodies of an island on one that is pushed. With more in each
+ *    step, a chain of bodies that was held in a wall and dragged along was spun up for as long as it was in there.
  *  - What surfaces lose by friction has never been the bodies'. So no more than the kinetic energy lost comes to the
  *    balance, and surfaces give no more than brings all bodies of the island to their speed in a step and lifts them at
  *    it. In a jam they would give any work otherwise, and other contacts take it.
@@ -371,6 +372,35 @@ static double work_of_lifting(const pinch_step_context *context, const pinch_con
     return hang_on_it ? fmax(of_pairs, ways / pairs * all) : of_pairs;
 }
 
+/* Tells whether an overlap pushes a body of the row. */
+static bool is_pushed(const pinch_contact_store *contacts, const pinch_island *island, const pinch_problem *problem,
+                      const pinch_joint_row *row)
+{
+    walk at = {contacts, island, 0, 0};
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        bool pushes = push_of(c, next_law(&at), problem->step) > 0 && c->force[0] > 0;
+        for (int side = 0; side < 2 && pushes; side++) {
+            int body = side ? c->body2 : c->body1;
+            if (body >= 0 && (body == row->body1 || body == row->body2)) return true;
+        }
+    }
+    return false;
+}
+
+/* Returns the work (J, <= 0) of motors that press bodies into overlaps and are pushed back. */
+static double taken_by_motors(const pinch_contact_store *contacts, const pinch_island *island,
+                              const pinch_problem *problem)
+{
+    double work = 0;
+    for (int k = 0; k < problem->row_count; k++) {
+        const pinch_joint_row *row = &problem->rows[k];
+        double taken = pinch_work_taken_by_motor(problem, row);
+        if (taken < 0 && is_pushed(contacts, island, problem, row)) work += taken;
+    }
+    return work;
+}
+
 void pinch_judge_push(const pinch_step_context *context, const pinch_contact_store *contacts,
                       const pinch_step_bodies *bodies, const pinch_problem *problem, pinch_island *island)
 {
@@ -379,8 +409,8 @@ void pinch_judge_push(const pinch_step_context *context, const pinch_contact_sto
     double of_surfaces = work_of_surfaces(contacts, bodies, problem, island);
     if (island->joints.joint_rows > 0) {
         by_contacts = pinch_contact_work(problem);
-        /* without what motors and springs of joints do; but what motors take throws nothing */
-        put_in = island->joints.work + by_contacts + lag + fmin(pinch_motor_work(problem), 0);
+        put_in = island->joints.work + by_contacts + lag; /* without what motors and springs of joints do */
+        if (put_in > 0) put_in = fmax(put_in + taken_by_motors(contacts, island, problem), 0);
     }
     bool lifts = island->push_lifts && !island->result.swept;
     double lifting = lifts ? work_of_lifting(context, contacts, bodies, problem, island) : 0;

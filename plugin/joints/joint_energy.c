@@ -73,15 +73,14 @@ static double driven_work(const pinch_joint_store *store, const pinch_island_joi
     return work;
 }
 
-double pinch_motor_work(const pinch_problem *problem)
+double pinch_work_taken_by_motor(const pinch_problem *problem, const pinch_joint_row *row)
 {
-    double work = 0;
-    for (int k = 0; k < problem->row_count; k++) {
-        const pinch_joint_row *row = &problem->rows[k];
-        bool motor = row->low > -INFINITY && row->high < INFINITY;
-        if (motor) work += problem->step * row->force * velocity_along(problem, row);
-    }
-    return work;
+    static const double ALL = 1 - 1e-9; /* of its force */
+    if (!(row->low > -INFINITY && row->high < INFINITY)) return 0;
+    double speed = velocity_along(problem, row);
+    bool forwards = row->rhs > 0 && speed < 0 && row->force > 0 && row->force >= ALL * row->high;
+    bool backwards = row->rhs < 0 && speed > 0 && row->force < 0 && row->force <= ALL * row->low;
+    return forwards || backwards ? problem->step * row->force * speed : 0;
 }
 
 double pinch_contact_work(const pinch_problem *problem)
