@@ -372,14 +372,16 @@ static double work_of_lifting(const pinch_step_context *context, const pinch_con
     return hang_on_it ? fmax(of_pairs, ways / pairs * all) : of_pairs;
 }
 
-/* Tells whether an overlap pushes a body of the row. */
+/* Tells whether an overlap pushes a body of the row. One that is handed over again as it was, while its bodies move, is
+ * not known any more: programs keep contacts for some steps, and would be pushed out too far. */
 static bool is_pushed(const pinch_contact_store *contacts, const pinch_island *island, const pinch_problem *problem,
                       const pinch_joint_row *row)
 {
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
-        bool pushes = push_of(c, next_law(&at), problem->step) > 0 && c->force[0] > 0;
+        bool known = !pinch_island_pair(contacts, island->pairs, at.pair)->unchanged;
+        bool pushes = push_of(c, next_law(&at), problem->step) > 0 && c->force[0] > 0 && known;
         for (int side = 0; side < 2 && pushes; side++) {
             int body = side ? c->body2 : c->body1;
             if (body >= 0 && (body == row->body1 || body == row->body2)) return true;
