@@ -249,7 +249,7 @@ static void push_at(island_solve *s, const push *p)
     s->island->phase = PINCH_ISLAND_AWAKE;
 }
 
-/* Solves with contacts as they came, after none was found that push more slowly: ODE would push as fast. */
+/* Solves with contacts that push as they came, where no answer was found with slower ones: ODE would push as fast. */
 static void solve_as_they_came(island_solve *s, double joint_pace)
 {
     pinch_island_joints *j = &s->island->joints;
@@ -417,7 +417,7 @@ static bool give_answer(island_solve *s)
     return false;
 }
 
-/* Tells whether the island is left to ODE, or waits for ODE to take it, without a try. */
+/* Tells whether the island goes to ODE without a try: ODE solves it just as well, or it went wrong not long ago. */
 static bool goes_without_a_try(island_solve *s)
 {
     pinch_island *island = s->island;
@@ -436,7 +436,7 @@ static bool goes_without_a_try(island_solve *s)
     return true;
 }
 
-/* Has an island whose answer has been given rest, where it is one of rest. */
+/* Lets an island rest whose answer, which ODE has been given, is one of rest. */
 static void let_rest(island_solve *s)
 {
     pinch_island *island = s->island;

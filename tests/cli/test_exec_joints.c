@@ -204,8 +204,8 @@ static void test_wishbones(void **state)
     exec_run_free(&converged);
 }
 
-/* Fingers on motors squeeze what is a thousandth of what they could lift. They are held up by their full force, and
- * hardly any overlap stays: contacts may push them back against their motors. */
+/* Fingers on motors squeeze a body whose weight is next to nothing beside their force. Contacts bear all of that force,
+ * and hardly any overlap stays: they may push the fingers back against their motors. */
 static void test_light_bodies_are_not_squashed(void **state)
 {
     (void)state;

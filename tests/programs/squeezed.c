@@ -6,7 +6,6 @@
 #include "sim.h"
 
 #include <math.h>
-#include <string.h>
 
 static const double SIZE = 0.04, THICK = 0.015;
 static double squeezed_by; /* N, in the last step */
