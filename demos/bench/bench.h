@@ -14,7 +14,7 @@ typedef struct bench_request {
     bool faithful;          /* paper: NSNGRK and NSNMGK alone */
     int faces;              /* paper: faces of the friction pyramid; 0: all the numbers of faces that the paper has */
     int min_size, max_size; /* steps: sizes outside are left out */
-    int threads;            /* steps: threads of Pinch, >= 1 */
+    int threads;            /* steps, threads: the threads of Pinch, the most of them; 0: the benchmark's own number */
     double budget;          /* s of measuring; 0: the benchmark's own budget */
     const char *plot;       /* folder for plots; NULL: none */
     const char *report;     /* paper: HTML file; NULL: none */
@@ -31,6 +31,8 @@ command_status bench_steps(const bench_request *request);
 
 /* pareto.c: force error over time per step, of many settings of ODE's solvers and Pinch. */
 command_status bench_pareto(const bench_request *request);
+/* threads.c: the same worlds with one thread and with more. */
+command_status bench_threads(const bench_request *request);
 /* robot_hands.c: hands with joints, motors and tendons that hold something. */
 command_status bench_robots(const bench_request *request);
 

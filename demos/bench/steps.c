@@ -256,7 +256,7 @@ static command_status run_series(const bench_request *o, const benchmark *b, con
     r->of = s;
     timing_plan plan = s->plan;
     if (o->budget > 0) plan.budget = o->budget;
-    plan.threads = o->threads;
+    plan.threads = o->threads > 0 ? o->threads : 1;
     plan.progress = &advance;
     for (int i = 0; i < SIZES && s->sizes[i] > 0; i++) {
         if (!bench_wants_size(o, s->sizes[i])) continue;

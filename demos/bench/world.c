@@ -163,11 +163,26 @@ static void set_surface(const bench_world *w, bool tip, int sharing, dSurfacePar
     surface->soft_cfm = sharing / g;
 }
 
+/* Finds at most `room` <= POINTS contacts. */
+static int find_contacts(void *context, dGeomID a, dGeomID b, int room, dContact *contacts)
+{
+    const bench_world *w = context;
+    dContactGeom found[POINTS];
+    int count = dCollide(a, b, room, found, sizeof found[0]);
+    bool tip = dGeomGetData(a) || dGeomGetData(b);
+    for (int i = 0; i < count; i++) {
+        memset(&contacts[i], 0, sizeof contacts[i]);
+        contacts[i].geom = found[i];
+        set_surface(w, tip, count, &contacts[i].surface);
+    }
+    return count;
+}
+
 static void near_callback(void *data, dGeomID a, dGeomID b)
 {
     bench_world *w = data;
-    dContactGeom found[POINTS];
-    int count = dCollide(a, b, POINTS, found, sizeof found[0]);
+    dContact found[POINTS];
+    int count = find_contacts(w, a, b, POINTS, found);
     if (w->contact_count + count > w->contact_room) {
         int room = 2 * w->contact_room + 64;
         bench_contact *more = realloc(w->contacts, (size_t)room * sizeof *more);
@@ -176,12 +191,10 @@ static void near_callback(void *data, dGeomID a, dGeomID b)
         w->contacts = more;
         w->contact_room = room;
     }
-    bool tip = dGeomGetData(a) || dGeomGetData(b);
     for (int i = 0; i < count; i++) {
         bench_contact *c = &w->contacts[w->contact_count++];
         memset(c, 0, sizeof *c);
-        c->contact.geom = found[i];
-        set_surface(w, tip, count, &c->contact.surface);
+        c->contact = found[i];
         c->body[0] = dGeomGetBody(a);
         c->body[1] = dGeomGetBody(b);
     }
@@ -225,6 +238,19 @@ double bench_step(bench_world *w)
 {
     double start = clock_seconds();
     bool done = w->pinch ? step_with_pinch(w) : step_with_ode(w);
+    double spent = clock_seconds() - start;
+    w->steps++;
+    w->time = w->steps * w->step;
+    return done ? spent : -1;
+}
+
+double bench_whole_step(bench_world *w)
+{
+    if (w->drive) w->drive(w);
+    double start = clock_seconds();
+    bool done = pinch_ode_collide(w->pinch, w->space, POINTS, find_contacts, w) == PINCH_OK &&
+                pinch_ode_set_body_count(w->pinch, w->body_count + w->driven_count) == PINCH_OK &&
+                pinch_ode_step(w->pinch, w->step) == PINCH_OK;
     double spent = clock_seconds() - start;
     w->steps++;
     w->time = w->steps * w->step;

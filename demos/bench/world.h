@@ -77,6 +77,9 @@ dJointID bench_add_hinge(bench_world *w, dBodyID body1, dBodyID body2, const dou
 void bench_prepare(bench_world *w);
 /* Makes the rest of the step. Returns the seconds it took, or a negative number when the step failed. */
 double bench_step(bench_world *w);
+/* Makes a step by Pinch in which its threads share the collision detection, too: does what bench_prepare and bench_step
+ * do. The time includes it. */
+double bench_whole_step(bench_world *w);
 
 /*
  * residual.c: how far the forces of the step just done are from the contact law, in N; the largest error of a contact.

@@ -185,6 +185,32 @@ static void piles_are_judged_by_the_law(void **state)
     program_free(&r);
 }
 
+/* All numbers of threads give the same bits, and the gains are against one thread. */
+static void threads_are_compared_with_one(void **state)
+{
+    (void)state;
+    program_result r =
+        PINCH(NULL, "bench", "threads", "--max-size", "100", "--threads", "3", "--budget", "0.02", "--json");
+    assert_int_equal(r.status, 0);
+    json_t *document, *rows = rows_of(&r, &document), *row;
+    size_t i;
+    assert_int_equal(json_array_size(rows), 3);
+    json_array_foreach(rows, i, row)
+    {
+        const json_t *quartiles = json_object_get(row, "whole_gain_quartiles");
+        double low = json_number_value(json_array_get(quartiles, 0)), gain = number(row, "whole_gain"),
+               high = json_number_value(json_array_get(quartiles, 1));
+        assert_true(number(row, "threads") == (double)i + 1);
+        assert_true(number(row, "contacts") == 500);
+        assert_true(json_is_true(json_object_get(row, "same_bits")));
+        assert_true(number(row, "contact_us") > 0 && number(row, "whole_us") > 0);
+        assert_true(low > 0 && low <= gain && gain <= high);
+        if (i == 0) assert_true(gain == 1 && number(row, "contact_gain") == 1);
+    }
+    json_decref(document);
+    program_free(&r);
+}
+
 static void sizes_out_of_range_are_refused(void **state)
 {
     (void)state;
@@ -200,8 +226,9 @@ static void sizes_out_of_range_are_refused(void **state)
         char *name, *least, *expected;
     } none[] = {{"hands", "11", "of hands, which are 1, 10, 100, 1000, 10000\n"},
                 {"pareto", "50", "of pareto, which are 1, "},
-                {"robots", "5", "of robots, which are 1, 4, 16\n"}};
-    for (int k = 0; k < 3; k++) {
+                {"robots", "5", "of robots, which are 1, 4, 16\n"},
+                {"threads", "5", "of threads, which are 100, 200, 210, 600, 820, 1000, 2000\n"}};
+    for (int k = 0; k < 4; k++) {
         program_result r = PINCH(NULL, "bench", none[k].name, "--min-size", none[k].least, "--max-size", none[k].least);
         assert_int_equal(r.status, 2);
         assert_string_equal(r.out, "");
@@ -216,7 +243,8 @@ static void options_without_a_meaning_are_refused(void **state)
     char *const wrong[][3] = {{"step", "--faithful", NULL},  {"collide", "--faithful", NULL},
                               {"collide", "--threads", "2"}, {"collide", "--plot", "nowhere"},
                               {"paper", "--threads", "2"},   {"paper", "--max-size", "10"},
-                              {"pile", "--faithful", NULL},  {"pareto", "--threads", "2"}};
+                              {"pile", "--faithful", NULL},  {"pareto", "--threads", "2"},
+                              {"threads", "--plot", "nowhere"}};
     for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
         char expected[80];
         program_result r = PINCH(NULL, "bench", wrong[k][0], wrong[k][1], wrong[k][2]);
@@ -337,6 +365,7 @@ int main(void)
         cmocka_unit_test(pyramids_stand),
         cmocka_unit_test(points_of_accuracy_and_time_are_judged),
         cmocka_unit_test(piles_are_judged_by_the_law),
+        cmocka_unit_test(threads_are_compared_with_one),
         cmocka_unit_test(sizes_out_of_range_are_refused),
         cmocka_unit_test(options_without_a_meaning_are_refused),
         cmocka_unit_test(a_seed_orders_the_rows_of_quickstep),

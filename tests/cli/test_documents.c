@@ -88,6 +88,7 @@ static void test_bench(void **state)
     FOLLOWS("bench", "bench", "step", "--max-size", "2", "--budget", "0.02");
     FOLLOWS("bench", "bench", "collide", "--budget", "0.02");
     FOLLOWS("bench", "bench", "pareto", "--min-size", "2", "--max-size", "2", "--budget", "0.02");
+    FOLLOWS("bench", "bench", "threads", "--max-size", "100", "--threads", "2", "--budget", "0.02");
 }
 
 static void test_stats(void **state)
