@@ -240,11 +240,10 @@ static void sizes_out_of_range_are_refused(void **state)
 static void options_without_a_meaning_are_refused(void **state)
 {
     (void)state;
-    char *const wrong[][3] = {{"step", "--faithful", NULL},  {"collide", "--faithful", NULL},
-                              {"collide", "--threads", "2"}, {"collide", "--plot", "nowhere"},
-                              {"paper", "--threads", "2"},   {"paper", "--max-size", "10"},
-                              {"pile", "--faithful", NULL},  {"pareto", "--threads", "2"},
-                              {"threads", "--plot", "nowhere"}};
+    char *const wrong[][3] = {
+        {"step", "--faithful", NULL},     {"collide", "--faithful", NULL}, {"collide", "--threads", "2"},
+        {"collide", "--plot", "nowhere"}, {"paper", "--threads", "2"},     {"paper", "--max-size", "10"},
+        {"pile", "--faithful", NULL},     {"pareto", "--threads", "2"},    {"threads", "--plot", "nowhere"}};
     for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
         char expected[80];
         program_result r = PINCH(NULL, "bench", wrong[k][0], wrong[k][1], wrong[k][2]);
