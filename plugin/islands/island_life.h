@@ -115,7 +115,8 @@ bool pinch_open_push(const pinch_step_context *context, const pinch_contact_stor
                      const pinch_island_graph *graph, const pinch_problem *problem, pinch_island *island);
 /* push_out.c, after a solve: finds out how much they have put in. */
 void pinch_judge_push(const pinch_step_context *context, const pinch_contact_store *contacts,
-                      const pinch_step_bodies *bodies, const pinch_problem *problem, pinch_island *island);
+                      const pinch_joint_store *joints, const pinch_step_bodies *bodies, const pinch_problem *problem,
+                      pinch_island *island);
 /* push_out.c, after the last solve, with contacts at this pace: sets what is left, and the next pace. */
 void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, double pace,
                       pinch_island *island);

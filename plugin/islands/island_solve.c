@@ -269,7 +269,7 @@ static verdict judge(island_solve *s, bool pushes, const push *p)
 {
     pinch_island *island = s->island;
     verdict found = {.joints = joints_put_too_much_in(s)};
-    if (pushes) pinch_judge_push(s->context, s->contacts, s->bodies, &s->problem, island);
+    if (pushes) pinch_judge_push(s->context, s->contacts, s->joints, s->bodies, &s->problem, island);
     found.contacts = pushes && !(island->push_work <= island->push_limit);
     found.partners = found.contacts && p->let_go && island->push_work > pinch_most_of_partners(island);
     return found;

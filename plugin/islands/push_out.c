@@ -372,39 +372,46 @@ static double work_of_lifting(const pinch_step_context *context, const pinch_con
     return hang_on_it ? fmax(of_pairs, ways / pairs * all) : of_pairs;
 }
 
-/* Tells whether an overlap pushes a body of the row. One that is handed over again as it was, while its bodies move, is
+/* Marks the mechanisms that overlaps push. An overlap that is handed over again as it was, while its bodies move, is
  * not known any more: programs keep contacts for some steps, and would be pushed out too far. */
-static bool is_pushed(const pinch_contact_store *contacts, const pinch_island *island, const pinch_problem *problem,
-                      const pinch_joint_row *row)
+static void mark_pushed(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
+                        const pinch_problem *problem, const pinch_island *island)
 {
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
         bool known = !pinch_island_pair(contacts, island->pairs, at.pair)->unchanged;
         bool pushes = push_of(c, next_law(&at), problem->step) > 0 && c->force[0] > 0 && known;
-        for (int side = 0; side < 2 && pushes; side++) {
-            int body = side ? c->body2 : c->body1;
-            if (body >= 0 && (body == row->body1 || body == row->body2)) return true;
-        }
+        if (pushes && c->body1 >= 0) pinch_mark_mechanism(bodies, island->bodies, c->body1);
+        if (pushes && c->body2 >= 0) pinch_mark_mechanism(bodies, island->bodies, c->body2);
     }
-    return false;
 }
 
-/* Returns the work (J, <= 0) of motors that press bodies into overlaps and are pushed back. */
-static double taken_by_motors(const pinch_contact_store *contacts, const pinch_island *island,
-                              const pinch_problem *problem)
+/* Returns the work (J, <= 0) of motors that press bodies into overlaps and are pushed back: those of the fingers that
+ * are pushed, however far from the contact. */
+static double taken_by_motors(const pinch_contact_store *contacts, const pinch_joint_store *joints,
+                              const pinch_step_bodies *bodies, const pinch_problem *problem, const pinch_island *island)
 {
     double work = 0;
+    bool marked = false;
     for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
         double taken = pinch_work_taken_by_motor(problem, row);
-        if (taken < 0 && is_pushed(contacts, island, problem, row)) work += taken;
+        if (!(taken < 0)) continue;
+        if (!marked) {
+            pinch_find_mechanisms(joints, bodies, island->bodies, &island->joints);
+            mark_pushed(contacts, bodies, problem, island);
+            marked = true;
+        }
+        int body = row->body1 >= 0 ? row->body1 : row->body2;
+        if (body >= 0 && pinch_mechanism_is_marked(bodies, island->bodies, body)) work += taken;
     }
     return work;
 }
 
 void pinch_judge_push(const pinch_step_context *context, const pinch_contact_store *contacts,
-                      const pinch_step_bodies *bodies, const pinch_problem *problem, pinch_island *island)
+                      const pinch_joint_store *joints, const pinch_step_bodies *bodies, const pinch_problem *problem,
+                      pinch_island *island)
 {
     double lag, gain = pinch_kinetic_gain(bodies, island->bodies, problem, &lag) + lag, put_in = gain;
     double by_contacts = INFINITY;
@@ -412,7 +419,7 @@ void pinch_judge_push(const pinch_step_context *context, const pinch_contact_sto
     if (island->joints.joint_rows > 0) {
         by_contacts = pinch_contact_work(problem);
         put_in = island->joints.work + by_contacts + lag; /* without what motors and springs of joints do */
-        if (put_in > 0) put_in = fmax(put_in + taken_by_motors(contacts, island, problem), 0);
+        if (put_in > 0) put_in = fmax(put_in + taken_by_motors(contacts, joints, bodies, problem, island), 0);
     }
     bool lifts = island->push_lifts && !island->result.swept;
     double lifting = lifts ? work_of_lifting(context, contacts, bodies, problem, island) : 0;

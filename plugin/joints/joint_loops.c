@@ -1,4 +1,4 @@
-/* Loops that joints close. */
+/* Which bodies joints tie together, and the loops that they close. */
 #include "joints/island_joints.h"
 
 /* Each body's `carrier` is its parent in a forest here. The world is a root, with the number after the last body. */
@@ -12,20 +12,43 @@ static int root_of(const pinch_step_bodies *bodies, pinch_range range, int local
     return local;
 }
 
+static bool is_motor_alone(const pinch_step_joint *joint)
+{
+    dJointType type = dJointGetType(joint->joint);
+    return type == dJointTypeAMotor || type == dJointTypeLMotor;
+}
+
+/* Finds the roots of a joint's bodies. */
+static void find_roots(const pinch_step_bodies *bodies, pinch_range range, const pinch_step_joint *joint, int root[2])
+{
+    for (int side = 0; side < 2; side++) {
+        int body = joint->body[side];
+        root[side] = body >= 0 ? root_of(bodies, range, bodies->items[body].local) : range.count;
+    }
+}
+
+static void unite(const pinch_step_bodies *bodies, pinch_range range, const int root[2])
+{
+    int lower = root[0] < root[1] ? root[0] : root[1];
+    if (root[0] != root[1]) pinch_island_body(bodies, range, lower)->carrier = root[0] + root[1] - lower;
+}
+
+static void take_apart(const pinch_step_bodies *bodies, pinch_range range)
+{
+    for (int k = 0; k < range.count; k++) pinch_island_body(bodies, range, k)->carrier = k;
+}
+
 static bool close_loops(const pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
                         const pinch_island_joints *joints)
 {
-    for (int k = 0; k < range.count; k++) pinch_island_body(bodies, range, k)->carrier = k;
+    take_apart(bodies, range);
     for (int k = 0; k < joints->range.count; k++) {
         const pinch_step_joint *joint = pinch_island_joint(store, joints, k);
-        dJointType type = dJointGetType(joint->joint);
-        if (type == dJointTypeAMotor || type == dJointTypeLMotor) continue;
-        int root[2] = {range.count, range.count};
-        for (int side = 0; side < 2; side++)
-            if (joint->body[side] >= 0) root[side] = root_of(bodies, range, bodies->items[joint->body[side]].local);
+        int root[2];
+        if (is_motor_alone(joint)) continue;
+        find_roots(bodies, range, joint, root);
         if (root[0] == root[1]) return true;
-        int lower = root[0] < root[1] ? root[0] : root[1];
-        pinch_island_body(bodies, range, lower)->carrier = root[0] + root[1] - lower;
+        unite(bodies, range, root);
     }
     return false;
 }
@@ -36,4 +59,27 @@ bool pinch_joints_close_loops(const pinch_joint_store *store, const pinch_step_b
     if (!joints->loops_known) joints->loops = close_loops(store, bodies, range, joints);
     joints->loops_known = true;
     return joints->loops;
+}
+
+void pinch_find_mechanisms(const pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
+                           const pinch_island_joints *joints)
+{
+    take_apart(bodies, range);
+    for (int k = 0; k < joints->range.count; k++) {
+        int root[2];
+        find_roots(bodies, range, pinch_island_joint(store, joints, k), root);
+        if (root[0] < range.count && root[1] < range.count) unite(bodies, range, root);
+    }
+}
+
+/* The root of a mechanism that is marked points beyond the world. */
+void pinch_mark_mechanism(const pinch_step_bodies *bodies, pinch_range range, int local)
+{
+    int root = root_of(bodies, range, local);
+    if (root < range.count) pinch_island_body(bodies, range, root)->carrier = range.count + 1;
+}
+
+bool pinch_mechanism_is_marked(const pinch_step_bodies *bodies, pinch_range range, int local)
+{
+    return root_of(bodies, range, local) > range.count;
 }
