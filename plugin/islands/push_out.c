@@ -11,10 +11,11 @@
  *
  *  - Contacts put in what the kinetic energy gains but for the work of weight, of motors and springs of joints, and of
  *    surfaces that move. Weight and surfaces work along the mean of the velocities before and after the step, v and v+,
- *    as the kinetic energy changes by just what all forces do along it. With v+ instead, an elastic rebound would seem
- *    to gain h m g v+, and a box that a belt takes uphill more than the belt gives. One by one they cannot be judged:
- *    in a jam, some give what others take. Where joints put in what contacts do not, that is for the account of joints
- *    to judge (energy_account.c).
+ *    as the kinetic energy changes by just what all forces do along it. So does a surface that carried a body in the
+ *    last step and stands still in this one: it bears the body's weight along half of the last velocity. With v+
+ * instead, an elastic rebound would seem to gain h m g v+, and a box that a belt takes uphill more than the belt gives.
+ * One by one they cannot be judged: in a jam, some give what others take. Where joints put in what contacts do not,
+ * that is for the account of joints to judge (energy_account.c).
  *  - What a motor takes that presses a body into an overlap with all its force, and is pushed back, does not count:
  *    fingers that squeeze a light body have to come out of it against their motors. Of other motors and brakes it
  *    counts, as contacts might pump against them. (Springs of joints would give it back.)
@@ -181,7 +182,9 @@ static double most_of_surfaces(const pinch_step_context *context, const pinch_co
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
-        double into = speed_into(c, next_law(&at)), along = hypot(c->surface_velocity[1], c->surface_velocity[2]);
+        const pinch_own_law *own = next_law(&at);
+        double into = speed_into(c, own), along = hypot(c->surface_velocity[1], c->surface_velocity[2]);
+        along = fmax(along, own->carried_at);
         if (into > 0) along = hypot(along, into);
         fastest = fmax(fastest, along);
     }
@@ -300,8 +303,9 @@ static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count && island->surface_limit > 0; k++) {
         const pinch_contact *c = &problem->contacts[k];
-        double into = speed_into(c, next_law(&at));
-        if (moves_along(c)) power += mean_power_of_friction(&found, c);
+        const pinch_own_law *own = next_law(&at);
+        double into = speed_into(c, own);
+        if (moves_along(c) || own->carried_at > 0) power += mean_power_of_friction(&found, c);
         for (int i = 1; i < 4; i++) power -= c->force[i] * c->surface_velocity[i];
         if (into > 0) power += c->force[0] * mean_velocity(&found, c);
     }

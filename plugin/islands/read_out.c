@@ -120,6 +120,7 @@ static void keep_own_law(const pinch_contact *c, const double *rolling_moment, c
     own->floor = c->floor;
     own->hold = c->hold;
     own->hold_span = c->hold_span;
+    own->carried_at = hypot(c->surface_velocity[1], c->surface_velocity[2]);
 }
 
 /* Adds a result's force and torques to what the bodies will get. */
