@@ -227,6 +227,28 @@ static void test_light_bodies_are_not_squashed(void **state)
     }
 }
 
+/* So may they where the motors are further up the finger. It rests, and presses as under ODE's exact step. */
+static void test_fingers_of_links_are_pushed_back(void **state)
+{
+    (void)state;
+    static const struct {
+        char *links, *mass, *force, *h;
+    } CASES[] = {{"2", "0.1", "500", "0.005"}, {"2", "0.05", "700", "0.002"}, {"3", "0.01", "100", "0.01"}};
+    for (size_t k = 0; k < sizeof CASES / sizeof *CASES; k++) {
+        char *command[] = {exec_program("squeezed"), "--links", CASES[k].links, "--mass",    CASES[k].mass, "--force",
+                           CASES[k].force,           "--h",     CASES[k].h,     "--stepper", "world",       NULL};
+        exec_run exact = exec_program_run(NULL, command), ours = exec_program_run((char *[]){NULL}, command);
+        double force = exec_number(exact.line, "force");
+        assert_true(fabs(exec_number(ours.line, "overlap")) < 1e-4);
+        assert_true(exec_number(ours.line, "depth_max") < 5e-4);
+        assert_close(exec_number(ours.line, "force"), force, 1e-3 * force);
+        assert_true(exec_number(ours.line, "kinetic") < 1e-15);
+        assert_true(exec_number(ours.stats, "unconverged_steps") == 0);
+        exec_run_free(&exact);
+        exec_run_free(&ours);
+    }
+}
+
 /* What joints put on light wheels is borne at the depth of ODE's law, however little the wheels weigh themselves. */
 static void test_light_wheels_bear_it(void **state)
 {
@@ -261,11 +283,17 @@ static void test_light_wheels_bear_it(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_worse_than_ode),    cmocka_unit_test(test_contradictions_give_no_energy),
-        cmocka_unit_test(test_loops_give_no_energy), cmocka_unit_test(test_torn_trees_give_no_energy),
-        cmocka_unit_test(test_jams_give_no_energy),  cmocka_unit_test(test_raised_floors_are_left),
-        cmocka_unit_test(test_ode_keeps_the_pace),   cmocka_unit_test(test_wishbones),
-        cmocka_unit_test(test_light_wheels_bear_it), cmocka_unit_test(test_light_bodies_are_not_squashed),
+        cmocka_unit_test(test_no_worse_than_ode),
+        cmocka_unit_test(test_contradictions_give_no_energy),
+        cmocka_unit_test(test_loops_give_no_energy),
+        cmocka_unit_test(test_torn_trees_give_no_energy),
+        cmocka_unit_test(test_jams_give_no_energy),
+        cmocka_unit_test(test_raised_floors_are_left),
+        cmocka_unit_test(test_ode_keeps_the_pace),
+        cmocka_unit_test(test_wishbones),
+        cmocka_unit_test(test_light_wheels_bear_it),
+        cmocka_unit_test(test_light_bodies_are_not_squashed),
+        cmocka_unit_test(test_fingers_of_links_are_pushed_back),
     };
     return cmocka_run_group_tests_name("exec joints", tests, NULL, NULL);
 }
