@@ -122,6 +122,7 @@ typedef struct descent {
     const pinch_solver_settings *settings;
     pinch_force_answer *kept; /* room for one */
     double *sinks, *short_of; /* of each contact at the softer floor: m; m/s */
+    double *row_forces;       /* of each joint row at the softer floor, N or N m */
     pinch_step_result *result;
 } descent;
 
@@ -150,6 +151,34 @@ static void bound_sinks(const pinch_force_system *s, const descent *d, double sh
         else
             e->sinks_at_most = most;
     }
+}
+
+/* Returns the force (N or N m) of a joint row that has a place of its own; of others 0. */
+static double row_force(const pinch_force_system *s, int row)
+{
+    int e = s->element_of_row[row];
+    if (e >= 0) return *pinch_force_values(&s->elements[e], PINCH_FORCE_R);
+    if (e == -1) return 0;
+    const pinch_force_multiplier *m = &s->multipliers[-2 - e];
+    return m->unit.sigma > 0 ? (m->base + m->y) / (s->step * m->unit.sigma) : 0;
+}
+
+/*
+ * Tells whether it is motors that jam bodies, and not for long: their forces grow as those of a jam do, by what the
+ * floor is stiffer, and reach their limits at a floor that is still to come. From there on the bodies fall short by
+ * what the floor is, and what two softer floors tell says nothing.
+ */
+static bool motors_will_give_way(const pinch_force_system *s, const descent *d, double floor, double next)
+{
+    static const double MOST_OF_WAY = 10; /* limits that a floor this many times the lowest one does not reach */
+    double grows_by = 1 + 0.5 * (floor / next - 1);
+    for (int j = 0; j < d->problem->row_count; j++) {
+        const pinch_joint_row *row = &d->problem->rows[j];
+        double before = d->row_forces[j], now = row_force(s, j), limit = now > 0 ? row->high : -row->low;
+        bool grows = fabs(now) > grows_by * fabs(before) && before * now > 0;
+        if (grows && fabs(now) < limit && next * fabs(now) > MOST_OF_WAY * LOWEST_FLOOR * limit) return true;
+    }
+    return false;
 }
 
 static void scale_contacts(pinch_force_system *s, double factor)
@@ -208,6 +237,7 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
     if (total->iterations >= settings->max_iterations || s->work > s->budget) return true;
     pinch_force_keep(s, d->kept, false);
     for (int k = 0; k < s->contact_count; k++) d->short_of[k] = falls_short(&s->elements[k]);
+    for (int j = 0; j < d->problem->row_count; j++) d->row_forces[j] = row_force(s, j);
     start_stiffer(s, d->kept, *floor, next);
     if (!run_newton(arena, s, settings, LATER_LIMIT, total, &part)) return false;
     if (part.status != PINCH_SOLVE_CONVERGED && pinch_force_may_give_limits(s, settings, total->iterations)) {
@@ -217,14 +247,14 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
         if (arena->failed || (served && !run_newton(arena, s, settings, LATER_LIMIT, total, &part))) return false;
     }
     *converged = part.status == PINCH_SOLVE_CONVERGED && (next >= LOWEST_FLOOR || holds_closely(s));
-    bool counts = false;
-    if (*converged) {
+    bool counts = false, tells = *converged && !motors_will_give_way(s, d, *floor, next);
+    if (tells) {
         bound_sinks(s, d, *floor / (*floor - next), d->sinks);
         counts = *floor <= PINCH_FORCE_MOST_MISSED && !pinch_force_sinks_far(arena, d->problem, s, d->sinks);
         if (arena->failed) return false;
     }
     bool done = *converged && !counts;
-    if (*converged) bound_sinks(s, d, (done ? next : *floor) / (*floor - next), NULL);
+    if (tells) bound_sinks(s, d, (done ? next : *floor) / (*floor - next), NULL);
     if (done) {
         total->residual = part.residual;
         *floor = next;
@@ -321,6 +351,7 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
                     &kept,
                     PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1),
                     PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1),
+                    PINCH_ARENA_ARRAY(arena, double, problem->row_count + 1),
                     result};
     return !arena->failed && stiffen(arena, s, &down, floor);
 }

@@ -11,11 +11,11 @@
  *
  *  - Contacts put in what the kinetic energy gains but for the work of weight, of motors and springs of joints, and of
  *    surfaces that move. Weight and surfaces work along the mean of the velocities before and after the step, v and v+,
- *    as the kinetic energy changes by just what all forces do along it. So does a surface that carried a body in the
- *    last step and stands still in this one: it bears the body's weight along half of the last velocity. With v+
- * instead, an elastic rebound would seem to gain h m g v+, and a box that a belt takes uphill more than the belt gives.
- * One by one they cannot be judged: in a jam, some give what others take. Where joints put in what contacts do not,
- * that is for the account of joints to judge (energy_account.c).
+ *    as the kinetic energy changes by just what all forces do along it. So a finger that its owner stops still bears
+ *    what it carried along half of its last velocity. With v+ instead, an elastic rebound would seem to gain h m g v+,
+ *    and a box that a belt takes uphill more than the belt gives. One by one they cannot be judged: in a jam, some give
+ *    what others take. Where joints put in what contacts do not, that is for the account of joints to judge
+ *    (energy_account.c).
  *  - What a motor takes that presses a body into an overlap with all its force, and is pushed back, does not count:
  *    fingers that squeeze a light body have to come out of it against their motors. Of other motors and brakes it
  *    counts, as contacts might pump against them. (Springs of joints would give it back.)
@@ -173,6 +173,19 @@ static double part_of_fall(const pinch_step_context *context, const pinch_proble
     return OF_FALL * 0.5 * mass_of(problem) * fall * fall;
 }
 
+/* Does a surface move by itself along the contact, or about its normal? */
+static bool moves_along(const pinch_contact *c)
+{
+    return c->surface_velocity[1] != 0 || c->surface_velocity[2] != 0 || c->surface_velocity[3] != 0;
+}
+
+/* Returns the speed (m/s) along a contact of a body that its owner moved, and has stopped for this step; 0 for others.
+ */
+static double stopped_from(const pinch_contact *c, const pinch_own_law *own)
+{
+    return moves_along(c) ? 0 : own->carried_at;
+}
+
 /* Returns the most energy (J) that surfaces may give in a step: they bring all bodies to the speed of the fastest, and
  * lift them at it. */
 static double most_of_surfaces(const pinch_step_context *context, const pinch_contact_store *contacts,
@@ -184,7 +197,7 @@ static double most_of_surfaces(const pinch_step_context *context, const pinch_co
         const pinch_contact *c = &problem->contacts[k];
         const pinch_own_law *own = next_law(&at);
         double into = speed_into(c, own), along = hypot(c->surface_velocity[1], c->surface_velocity[2]);
-        along = fmax(along, own->carried_at);
+        along = fmax(along, stopped_from(c, own));
         if (into > 0) along = hypot(along, into);
         fastest = fmax(fastest, along);
     }
@@ -287,12 +300,6 @@ static double mean_power_of_friction(const answer *a, const pinch_contact *c)
     return 0.5 * (c->force[1] * along1 + c->force[2] * along2);
 }
 
-/* Does a surface move by itself along the contact, or about its normal? */
-static bool moves_along(const pinch_contact *c)
-{
-    return c->surface_velocity[1] != 0 || c->surface_velocity[2] != 0 || c->surface_velocity[3] != 0;
-}
-
 /* Returns the work (J) that surfaces do on bodies as they move by themselves. In a jam some give what others take, so
  * that their sum counts; where it is negative, they have only taken. */
 static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
@@ -305,7 +312,7 @@ static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_
         const pinch_contact *c = &problem->contacts[k];
         const pinch_own_law *own = next_law(&at);
         double into = speed_into(c, own);
-        if (moves_along(c) || own->carried_at > 0) power += mean_power_of_friction(&found, c);
+        if (moves_along(c) || stopped_from(c, own) > 0) power += mean_power_of_friction(&found, c);
         for (int i = 1; i < 4; i++) power -= c->force[i] * c->surface_velocity[i];
         if (into > 0) power += c->force[0] * mean_velocity(&found, c);
     }
