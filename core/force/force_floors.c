@@ -170,13 +170,12 @@ static double row_force(const pinch_force_system *s, int row)
  */
 static bool motors_will_give_way(const pinch_force_system *s, const descent *d, double floor, double next)
 {
-    static const double MOST_OF_WAY = 10; /* limits that a floor this many times the lowest one does not reach */
     double grows_by = 1 + 0.5 * (floor / next - 1);
     for (int j = 0; j < d->problem->row_count; j++) {
         const pinch_joint_row *row = &d->problem->rows[j];
         double before = d->row_forces[j], now = row_force(s, j), limit = now > 0 ? row->high : -row->low;
         bool grows = fabs(now) > grows_by * fabs(before) && before * now > 0;
-        if (grows && fabs(now) < limit && next * fabs(now) > MOST_OF_WAY * LOWEST_FLOOR * limit) return true;
+        if (grows && fabs(now) < limit && next * fabs(now) > 10 * STIFFEST_FLOOR * limit) return true;
     }
     return false;
 }
