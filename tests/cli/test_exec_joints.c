@@ -211,8 +211,9 @@ static void test_light_bodies_are_not_squashed(void **state)
     (void)state;
     static const struct {
         char *mass, *force, *h;
-    } CASES[] = {
-        {"0.001", "50", "0.01"}, {"0.002", "50", "0.01"}, {"0.001", "1000", "0.002"}, {"0.001", "200", "0.005"}};
+    } CASES[] = {{"0.001", "50", "0.01"},   {"0.002", "50", "0.01"}, {"0.001", "1000", "0.002"},
+                 {"0.001", "200", "0.005"}, {"0.001", "50", "0.02"}, {"0.0005", "50", "0.01"},
+                 {"0.01", "600", "0.02"}};
     for (size_t k = 0; k < sizeof CASES / sizeof *CASES; k++) {
         char *command[] = {exec_program("squeezed"), "--mass", CASES[k].mass, "--force",
                            CASES[k].force,           "--h",    CASES[k].h,    NULL};
