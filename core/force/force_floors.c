@@ -164,9 +164,10 @@ static double row_force(const pinch_force_system *s, int row)
 }
 
 /*
- * Tells whether it is motors that jam bodies, and not for long: their forces grow as those of a jam do, by what the
- * floor is stiffer, and reach their limits at a floor that is still to come. From there on the bodies fall short by
- * what the floor is, and what two softer floors tell says nothing.
+ * Tells whether it is motors that jam bodies, and not for long: the force by which one drives grows as those of a jam
+ * do, by what the floor is stiffer, and reaches its limit at a floor that is still to come. From there on the bodies
+ * fall short by what the floor is, and what two softer floors tell says nothing. Brakes only resist: where they share a
+ * jam with joints, stiffer floors throw what is in it.
  */
 static bool motors_will_give_way(const pinch_force_system *s, const descent *d, double floor, double next)
 {
@@ -174,8 +175,8 @@ static bool motors_will_give_way(const pinch_force_system *s, const descent *d, 
     for (int j = 0; j < d->problem->row_count; j++) {
         const pinch_joint_row *row = &d->problem->rows[j];
         double before = d->row_forces[j], now = row_force(s, j), limit = now > 0 ? row->high : -row->low;
-        bool grows = fabs(now) > grows_by * fabs(before) && before * now > 0;
-        if (grows && fabs(now) < limit && next * fabs(now) > 10 * STIFFEST_FLOOR * limit) return true;
+        bool grows = now * row->rhs > 0 && before * now > 0 && fabs(now) > grows_by * fabs(before);
+        if (grows && fabs(now) < limit && next * fabs(now) > LOWEST_FLOOR * limit) return true;
     }
     return false;
 }
