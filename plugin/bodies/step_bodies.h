@@ -43,7 +43,7 @@ typedef struct pinch_step_body {
     double load[6];     /* scratch: force and torque that ODE has, while those of joints are added */
     int parent;         /* in the union-find forest; once the islands are numbered, its island */
     int local;          /* index among its island's bodies */
-    int carrier;        /* scratch of a station: see joints/island_joints.c and joints/joint_loops.c */
+    int carrier;        /* scratch: see joints/island_joints.c and joints/joint_loops.c */
 } pinch_step_body;
 
 /* The first bytes of the record tell where ODE has the body and its joints, more of them how it rests. */

@@ -1,12 +1,15 @@
 /* Which bodies joints tie together, and the loops that they close. */
 #include "joints/island_joints.h"
 
-/* Each body's `carrier` is its parent in a forest here. The world is a root, with the number after the last body. */
+/* Each body's `carrier` is its parent in a forest here. The world is a root, with the number after the last body. On
+ * the way to a root each body is hung on its parent's parent, so that chains of bodies become short ways. */
 static int root_of(const pinch_step_bodies *bodies, pinch_range range, int local)
 {
     while (local < range.count) {
-        int parent = pinch_island_body(bodies, range, local)->carrier;
+        pinch_step_body *body = pinch_island_body(bodies, range, local);
+        int parent = body->carrier;
         if (parent == local) break;
+        if (parent < range.count) body->carrier = pinch_island_body(bodies, range, parent)->carrier;
         local = parent;
     }
     return local;
