@@ -164,12 +164,12 @@ static double row_force(const pinch_force_system *s, int row)
 }
 
 /*
- * Tells whether it is motors that jam bodies, and not for long: the force by which one drives grows as those of a jam
+ * Tells whether a motor jams bodies, and not for long: the force by which it drives grows as those of a jam
  * do, by what the floor is stiffer, and reaches its limit at a floor that is still to come. From there on the bodies
- * fall short by what the floor is, and what two softer floors tell says nothing. Brakes only resist: where they share a
- * jam with joints, stiffer floors throw what is in it.
+ * fall short in proportion to the floor, and what two softer floors tell says nothing. Brakes only resist: where they
+ * share a jam with joints, stiffer floors throw what is in it.
  */
-static bool motors_will_give_way(const pinch_force_system *s, const descent *d, double floor, double next)
+static bool a_motor_will_give_way(const pinch_force_system *s, const descent *d, double floor, double next)
 {
     double grows_by = 1 + 0.5 * (floor / next - 1);
     for (int j = 0; j < d->problem->row_count; j++) {
@@ -247,7 +247,7 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
         if (arena->failed || (served && !run_newton(arena, s, settings, LATER_LIMIT, total, &part))) return false;
     }
     *converged = part.status == PINCH_SOLVE_CONVERGED && (next >= LOWEST_FLOOR || holds_closely(s));
-    bool counts = false, tells = *converged && !motors_will_give_way(s, d, *floor, next);
+    bool counts = false, tells = *converged && !a_motor_will_give_way(s, d, *floor, next);
     if (tells) {
         bound_sinks(s, d, *floor / (*floor - next), d->sinks);
         counts = *floor <= PINCH_FORCE_MOST_MISSED && !pinch_force_sinks_far(arena, d->problem, s, d->sinks);

@@ -157,7 +157,7 @@ static command_status time_size(const bench_request *o, const struct threads_ser
     return status;
 }
 
-/* As many as the machine has processors, but no more than four unless they were asked for. */
+/* As many as the machine has processors, but at least two, and no more than four unless they were asked for. */
 static int threads_wanted(const bench_request *o)
 {
     long processors = sysconf(_SC_NPROCESSORS_ONLN);

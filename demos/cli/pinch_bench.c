@@ -116,11 +116,10 @@ const command command_bench = {
     .notes =
         "All benchmarks take --seed, --json and --quiet. paper also takes --faithful (NSNGRK and NSNMGK alone),\n"
         "--faces (that number of faces alone), --budget, --report and --plot; collide takes --budget; robots takes\n"
-        "--min-size, --max-size and --budget; pareto takes these and --plot; threads takes these and --threads, the "
-        "most\n"
-        "that it tries; the others take all of them. The seed sets the rows that NSNGRK draws in paper (50 seeds are "
-        "run, from this one on), the poses\n"
-        "in collide, and the order in which quickstep takes its rows in the others.",
+        "--min-size, --max-size and --budget; pareto takes these and --plot; threads takes these and --threads,\n"
+        "the most that it tries; the others take all of them. The seed sets the rows that NSNGRK draws in paper\n"
+        "(50 seeds are run, from this one on), the poses in collide, and the order in which quickstep takes its\n"
+        "rows in the others.",
     .min_arguments = 1,
     .max_arguments = 1,
     .argument_name = benchmark_name,

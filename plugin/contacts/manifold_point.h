@@ -31,8 +31,8 @@ typedef struct pinch_own_law {
     double stands_for; /* how many contacts it stands for where a pair has more than its manifold holds; otherwise 1 */
     double rebound;    /* m/s, of this step: what a bounce asks for beyond what overlap and motion do; 0 without one */
     double pose_speed; /* m/s, of this step: see pinch_surface_conditions */
-    double carried_at; /* m/s, >= 0, in the last step: at which the surface moved along the contact, where it is one of
-                        * a body that moves as its owner prescribes */
+    double carries_at; /* m/s, >= 0, of this step: how fast a body that its owner moves goes along the contact */
+    double carried_at; /* the same of the last step that was solved */
     int hold, hold_span;
     int surface; /* index of its surface parameters */
 } pinch_own_law;

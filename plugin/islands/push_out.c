@@ -9,16 +9,17 @@
  *
  * So it is bounded what contacts may put in. Where they would put more in, bodies come apart more slowly.
  *
- *  - Contacts put in what the kinetic energy gains but for the work of weight, of motors and springs of joints, and of
- *    surfaces that move. Weight and surfaces work along the mean of the velocities before and after the step, v and v+,
- *    as the kinetic energy changes by just what all forces do along it. So a finger that its owner stops still bears
- *    what it carried along half of its last velocity. With v+ instead, an elastic rebound would seem to gain h m g v+,
- *    and a box that a belt takes uphill more than the belt gives. One by one they cannot be judged: in a jam, some give
- *    what others take. Where joints put in what contacts do not, that is for the account of joints to judge
- *    (energy_account.c).
- *  - What a motor takes that presses a body into an overlap with all its force, and is pushed back, does not count:
- *    fingers that squeeze a light body have to come out of it against their motors. Of other motors and brakes it
- *    counts, as contacts might pump against them. (Springs of joints would give it back.)
+ *  - Contacts put in what the kinetic energy gains but for the work of weight, of motors and springs of joints, and
+ *    of surfaces that move. Weight and surfaces work along the mean of the velocities before and after the step, v
+ *    and v+, as the kinetic energy changes by just what all forces do along it. So a finger that its owner stops
+ *    still lifts what it carries in that step, at half of its last velocity. With v+ instead, an elastic rebound
+ *    would seem to gain h m g v+, and a box that a belt takes uphill more than the belt gives. One by one they cannot
+ *    be judged: in a jam, some give what others take. Where joints put in what contacts do not, that is for the
+ *    account of joints to judge (energy_account.c).
+ *  - What the motors of a mechanism take that drive with all their force and are pushed back, where an overlap pushes
+ *    any of its bodies, does not count, about as fast as it pushes them: fingers that squeeze a light body have to
+ *    come out of it against their motors. Of other motors and brakes it counts, as contacts might pump against them.
+ *    (Springs of joints would give it back.)
  *  - They keep a balance, as joints do: they may put in what bodies have lost in contacts not long before (time-domain
  *    passivity), about twice the energy that overlaps ask for by themselves, once, and a part of a step's fall, with
  *    which all overlaps go in the end. Joints may hang all bodies of an island on one that is pushed. With more in each
@@ -179,13 +180,6 @@ static bool moves_along(const pinch_contact *c)
     return c->surface_velocity[1] != 0 || c->surface_velocity[2] != 0 || c->surface_velocity[3] != 0;
 }
 
-/* Returns the speed (m/s) along a contact of a body that its owner moved, and has stopped for this step; 0 for others.
- */
-static double stopped_from(const pinch_contact *c, const pinch_own_law *own)
-{
-    return moves_along(c) ? 0 : own->carried_at;
-}
-
 /* Returns the most energy (J) that surfaces may give in a step: they bring all bodies to the speed of the fastest, and
  * lift them at it. */
 static double most_of_surfaces(const pinch_step_context *context, const pinch_contact_store *contacts,
@@ -197,7 +191,7 @@ static double most_of_surfaces(const pinch_step_context *context, const pinch_co
         const pinch_contact *c = &problem->contacts[k];
         const pinch_own_law *own = next_law(&at);
         double into = speed_into(c, own), along = hypot(c->surface_velocity[1], c->surface_velocity[2]);
-        along = fmax(along, stopped_from(c, own));
+        along = fmax(along, own->carried_at);
         if (into > 0) along = hypot(along, into);
         fastest = fmax(fastest, along);
     }
@@ -312,7 +306,7 @@ static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_
         const pinch_contact *c = &problem->contacts[k];
         const pinch_own_law *own = next_law(&at);
         double into = speed_into(c, own);
-        if (moves_along(c) || stopped_from(c, own) > 0) power += mean_power_of_friction(&found, c);
+        if (moves_along(c) || own->carried_at > 0) power += mean_power_of_friction(&found, c);
         for (int i = 1; i < 4; i++) power -= c->force[i] * c->surface_velocity[i];
         if (into > 0) power += c->force[0] * mean_velocity(&found, c);
     }
@@ -383,39 +377,64 @@ static double work_of_lifting(const pinch_step_context *context, const pinch_con
     return hang_on_it ? fmax(of_pairs, ways / pairs * all) : of_pairs;
 }
 
-/* Marks the mechanisms that overlaps push. An overlap that is handed over again as it was, while its bodies move, is
- * not known any more: programs keep contacts for some steps, and would be pushed out too far. */
-static void mark_pushed(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
-                        const pinch_problem *problem, const pinch_island *island)
+/* Tells whether a body of the contact is one of the mechanism. */
+static bool touches_mechanism(const pinch_step_bodies *bodies, pinch_range range, const pinch_contact *c, int mechanism)
 {
+    return (c->body1 >= 0 && pinch_mechanism_of(bodies, range, c->body1) == mechanism) ||
+           (c->body2 >= 0 && pinch_mechanism_of(bodies, range, c->body2) == mechanism);
+}
+
+/* Returns the lever (m) by which a contact turns a row of a body at least: a part of its distance, as links further on
+ * may turn against the row, and of the body's size. */
+static double lever_of(const pinch_body *body, const pinch_contact *c)
+{
+    static const double PART = 1.0 / 3;
+    double arm[3];
+    pinch_v3_sub(c->position, body->position, arm);
+    return PART * fmax(pinch_v3_norm(arm), body->radius);
+}
+
+/*
+ * Returns the speed (m/s or rad/s) at which overlaps push a mechanism along a row of it, at most: they ask for it where
+ * they press its bodies, and a row that turns goes round at that speed over the lever. An overlap that is handed over
+ * again as it was, while its bodies move, is not known any more: programs keep contacts for some steps, and would be
+ * pushed out too far.
+ */
+static double pushed_along(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
+                           const pinch_problem *problem, const pinch_island *island, const pinch_joint_row *row)
+{
+    int number = row->body1 >= 0 ? row->body1 : row->body2;
+    if (number < 0) return 0;
+    int mechanism = pinch_mechanism_of(bodies, island->bodies, number);
+    double fastest = 0, moves = pinch_v3_norm(row->body1 >= 0 ? row->j1 : row->j2);
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
         bool known = !pinch_island_pair(contacts, island->pairs, at.pair)->unchanged;
-        bool pushes = push_of(c, next_law(&at), problem->step) > 0 && c->force[0] > 0 && known;
-        if (pushes && c->body1 >= 0) pinch_mark_mechanism(bodies, island->bodies, c->body1);
-        if (pushes && c->body2 >= 0) pinch_mark_mechanism(bodies, island->bodies, c->body2);
+        double push = push_of(c, next_law(&at), problem->step);
+        if (!(push > 0 && c->force[0] > 0 && known)) continue;
+        if (!touches_mechanism(bodies, island->bodies, c, mechanism)) continue;
+        fastest = fmax(fastest, moves > 0 ? moves * push : push / lever_of(&problem->bodies[number], c));
     }
+    return fastest;
 }
 
 /* Returns the work (J, <= 0) of motors that press bodies into overlaps and are pushed back: those of the fingers that
- * are pushed, however far from the contact. */
+ * are pushed, however far from the contact, as fast as they are pushed. What else drives them back, as a flywheel does,
+ * counts. */
 static double taken_by_motors(const pinch_contact_store *contacts, const pinch_joint_store *joints,
                               const pinch_step_bodies *bodies, const pinch_problem *problem, const pinch_island *island)
 {
     double work = 0;
-    bool marked = false;
+    bool found = false;
     for (int k = 0; k < problem->row_count; k++) {
         const pinch_joint_row *row = &problem->rows[k];
         double taken = pinch_work_taken_by_motor(problem, row);
         if (!(taken < 0)) continue;
-        if (!marked) {
-            pinch_find_mechanisms(joints, bodies, island->bodies, &island->joints);
-            mark_pushed(contacts, bodies, problem, island);
-            marked = true;
-        }
-        int body = row->body1 >= 0 ? row->body1 : row->body2;
-        if (body >= 0 && pinch_mechanism_is_marked(bodies, island->bodies, body)) work += taken;
+        if (!found) pinch_find_mechanisms(joints, bodies, island->bodies, &island->joints);
+        found = true;
+        double most = problem->step * fabs(row->force) * pushed_along(contacts, bodies, problem, island, row);
+        work += fmax(taken, -most);
     }
     return work;
 }

@@ -20,11 +20,11 @@ void pinch_fill_joints(pinch_joint_store *store, const pinch_step_context *conte
 bool pinch_joints_close_loops(const pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
                               pinch_island_joints *joints);
 /* joint_loops.c: finds the mechanisms of an island: bodies that joints tie together, directly or by other bodies, but
- * not by the world. Until joints are looked at again, a mechanism can be marked by the number of one of its bodies. */
+ * not by the world. pinch_mechanism_of then tells that of a body, by the number of one of them, until another function
+ * uses the bodies' `carrier`. */
 void pinch_find_mechanisms(const pinch_joint_store *store, const pinch_step_bodies *bodies, pinch_range range,
                            const pinch_island_joints *joints);
-void pinch_mark_mechanism(const pinch_step_bodies *bodies, pinch_range range, int local);
-bool pinch_mechanism_is_marked(const pinch_step_bodies *bodies, pinch_range range, int local);
+int pinch_mechanism_of(const pinch_step_bodies *bodies, pinch_range range, int local);
 /* joint_energy.c: may the row put energy in, as motors and springs do? */
 bool pinch_row_may_drive(const pinch_joint_row *row);
 /* joint_energy.c: returns what an answer adds to the kinetic energy of an island's bodies (J), but for what their

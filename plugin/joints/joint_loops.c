@@ -75,14 +75,7 @@ void pinch_find_mechanisms(const pinch_joint_store *store, const pinch_step_bodi
     }
 }
 
-/* The root of a mechanism that is marked points beyond the world. */
-void pinch_mark_mechanism(const pinch_step_bodies *bodies, pinch_range range, int local)
+int pinch_mechanism_of(const pinch_step_bodies *bodies, pinch_range range, int local)
 {
-    int root = root_of(bodies, range, local);
-    if (root < range.count) pinch_island_body(bodies, range, root)->carrier = range.count + 1;
-}
-
-bool pinch_mechanism_is_marked(const pinch_step_bodies *bodies, pinch_range range, int local)
-{
-    return root_of(bodies, range, local) > range.count;
+    return root_of(bodies, range, local);
 }

@@ -229,13 +229,15 @@ static void what_moves_does_its_work(void **state)
     static const char *const fingers[] = {"lifted", "lifted --speed 0.2", "lifted --h 0.002", "lifted --h 0.001"};
     for (size_t i = 0; i < sizeof fingers / sizeof *fingers; i++)
         assert_true(fabs(number_of(true, fingers[i], "behind")) < 1e-3);
-    /* the grip of these is all overlap, and lasts as they stop */
+    /* the grip of these is all overlap, and lasts as they stop, or nearly do */
     static const char *const speeds[] = {"0.03", "0.06", "0.1", "0.13", "0.19", "0.3"};
     for (size_t i = 0; i < sizeof speeds / sizeof *speeds; i++) {
         char text[96];
         snprintf(text, sizeof text, "lifted --hard 1 --until 200 --h 0.02 --speed %s", speeds[i]);
         assert_true(fabs(number_of(true, text, "behind")) < 1e-5);
     }
+    assert_true(fabs(number_of(true, "lifted --hard 1 --until 200 --h 0.02 --speed 0.1 --after 0.001", "behind")) <
+                1e-5);
     static const char *const vices[] = {"vice", "vice --stepper world", "vice --h 0.001 --steps 5000"};
     for (size_t i = 0; i < sizeof vices / sizeof *vices; i++)
         assert_true(fabs(number_of(true, vices[i], "error")) < 1e-4);

@@ -1,13 +1,15 @@
 /*
  * Two kinematic spheres press a box of 1 kg by 20 N each, with soft contacts of 20 kN/m, and rise at --speed m/s from
- * step 20 on, up to step --until (default: to the end). With --hard 1 contacts are as hard as ODE makes them. Prints
- * how far the box has come to hang behind the spheres.
+ * step 20 on, up to step --until (default: to the end), and then at --after (default: 0). With --hard 1 contacts are as
+ * hard as ODE makes them. Prints how far the box has come to hang behind the spheres.
  */
 #include "sim.h"
 
 static void rise(sim *s)
 {
-    double speed = s->step > 20 && s->step <= sim_value(s, "until", s->steps) ? sim_value(s, "speed", 0.05) : 0;
+    double speed = s->step <= 20                                ? 0
+                   : s->step <= sim_value(s, "until", s->steps) ? sim_value(s, "speed", 0.05)
+                                                                : sim_value(s, "after", 0);
     for (int i = 1; i < 3; i++) dBodySetLinearVel(s->bodies[i], 0, 0, speed);
 }
 
