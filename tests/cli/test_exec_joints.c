@@ -145,6 +145,45 @@ static void test_jams_give_no_energy(void **state)
     judge(&(random_world){60815, "world", "0.5", "0.3", "200"}, false, &sums);
 }
 
+/* Bodies that begin in each other, with brakes, beside a flywheel of 5 kJ that a motor at its limit turns back. What
+ * drives that motor back is the wheel, and nothing that contacts may put in: with it these had 86, 9 and 1.7 J. */
+static void test_jams_beside_flywheels(void **state)
+{
+    (void)state;
+    static const struct {
+        char *seed, *wheel, *torque;
+        double most; /* J */
+    } CASES[] = {{"1", "1", "100", 15}, {"32", "1", "100", 2}, {"33", "0.1", "10", 0.2}};
+    for (size_t k = 0; k < sizeof CASES / sizeof *CASES; k++) {
+        char *command[] = {exec_program("jointed"),
+                           "--jam",
+                           "1",
+                           "--gravity",
+                           "0",
+                           "--steps",
+                           "150",
+                           "--bodies",
+                           "10",
+                           "--velocity",
+                           "0",
+                           "--force",
+                           "10",
+                           "--spin",
+                           "100",
+                           "--wheel",
+                           CASES[k].wheel,
+                           "--torque",
+                           CASES[k].torque,
+                           "--seed",
+                           CASES[k].seed,
+                           NULL};
+        exec_run ours = exec_program_run((char *[]){NULL}, command);
+        double kinetic = exec_number(ours.line, "kinetic_max");
+        if (!(kinetic < CASES[k].most)) fail_msg("seed %s: %g J", CASES[k].seed, kinetic);
+        exec_run_free(&ours);
+    }
+}
+
 /* A floor of compliance that a jam has raised let bodies sink in 175 steps of this world, as it fell by a twentieth in
  * each. It is left where a stiffer one has an answer, and where none makes a difference it does not count. */
 static void test_raised_floors_are_left(void **state)
@@ -289,6 +328,7 @@ int main(void)
         cmocka_unit_test(test_loops_give_no_energy),
         cmocka_unit_test(test_torn_trees_give_no_energy),
         cmocka_unit_test(test_jams_give_no_energy),
+        cmocka_unit_test(test_jams_beside_flywheels),
         cmocka_unit_test(test_raised_floors_are_left),
         cmocka_unit_test(test_ode_keeps_the_pace),
         cmocka_unit_test(test_wishbones),

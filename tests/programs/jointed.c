@@ -5,7 +5,11 @@
  * --loops X and --doubled X are the shares of bodies that close a loop and of joints that are said twice (default 0.2
  * each); --contradict X the share of these whose second joint wants another pose (default 0); --motors X and --stops X
  * the shares of joints that have them (default 0.3); --ground 0 takes the ground away; --bodies N is their number.
- * --rare X is the share of joints of the kinds that are rare in programs (default 0).
+ * --rare X is the share of joints of the kinds that are rare in programs (default 0). --jam 1 has bodies begin in each
+ * other and in the ground; --gravity 0 takes gravity away; --velocity X and --force X multiply what motors want and may
+ * use (default 1; motors that want 0 are brakes). --wheel I > 0 ties a flywheel of this inertia (kg m^2) to the first
+ * body, which turns at --spin rad/s (default 0) and has a motor that turns it back at 1 rad/s by at most --torque N m
+ * (default 1). kinetic_max is the most kinetic energy (J) without the wheel.
  */
 #include "sim.h"
 
@@ -20,8 +24,16 @@ typedef struct world_maker {
     uint64_t state;
     dBodyID body[MOST_BODIES];
     int count;
-    double loops, doubled, contradict, motors, stops, rare;
+    double loops, doubled, contradict, motors, stops, rare, velocity, force;
+    bool jam;
 } world_maker;
+
+static double kinetic_max; /* J */
+
+static void look(sim *s)
+{
+    kinetic_max = fmax(kinetic_max, sim_kinetic(s));
+}
 
 static double draw(world_maker *m, double low, double high)
 {
@@ -65,8 +77,8 @@ static void drive(world_maker *m, dJointID joint, parameter_setter *set, int gro
         if (draw(m, 0, 1) < 0.3) set(joint, dParamBounce + group, draw(m, 0, 1));
     }
     if (draw(m, 0, 1) < m->motors) {
-        set(joint, dParamVel + group, draw(m, -2, 2) * (turns ? 1 : 0.1));
-        set(joint, dParamFMax + group, pow(10, draw(m, -2, turns ? 0.5 : 1.5)));
+        set(joint, dParamVel + group, m->velocity * draw(m, -2, 2) * (turns ? 1 : 0.1));
+        set(joint, dParamFMax + group, m->force * pow(10, draw(m, -2, turns ? 0.5 : 1.5)));
     }
 }
 
@@ -134,7 +146,7 @@ static void join_rare(world_maker *m, dBodyID a, dBodyID b, const double *place)
         dJointSetLMotorAxis(joint, 0, b ? 1 : 0, axis[0], axis[1], axis[2]);
         dJointSetLMotorAxis(joint, 1, 0, second[0], second[1], second[2]);
         for (int i = 0; i < 2; i++) {
-            dJointSetLMotorParam(joint, dParamVel + i * dParamGroup, draw(m, -0.2, 0.2));
+            dJointSetLMotorParam(joint, dParamVel + i * dParamGroup, m->velocity * draw(m, -0.2, 0.2));
             dJointSetLMotorParam(joint, dParamFMax + i * dParamGroup, pow(10, draw(m, -2, 1.5)));
         }
         return;
@@ -149,7 +161,7 @@ static void join_rare(world_maker *m, dBodyID a, dBodyID b, const double *place)
     dJointSetAMotorAxis(joint, 0, b ? 1 : 0, axis[0], axis[1], axis[2]);
     dJointSetAMotorAxis(joint, kind == 5 && b ? 2 : 1, kind == 5 && b ? 2 : 0, second[0], second[1], second[2]);
     for (int i = 0; i < 2; i++) {
-        dJointSetAMotorParam(joint, dParamVel + i * dParamGroup, draw(m, -2, 2));
+        dJointSetAMotorParam(joint, dParamVel + i * dParamGroup, m->velocity * draw(m, -2, 2));
         dJointSetAMotorParam(joint, dParamFMax + i * dParamGroup, pow(10, draw(m, -2, 0.5)));
     }
 }
@@ -253,19 +265,19 @@ static void middle_of(dBodyID a, dBodyID b, double *place)
     for (int i = 0; i < 3; i++) place[i] = 0.5 * (dBodyGetPosition(a)[i] + dBodyGetPosition(b)[i]);
 }
 
-/* A place beside a body, apart from all others and from the ground. */
+/* A place beside a body, apart from all others and from the ground, but in a jam. */
 static void find_room(world_maker *m, dBodyID parent, double *at)
 {
-    static const double APART = 0.15;
+    const double apart = m->jam ? 0.05 : 0.15, far = m->jam ? 0.1 : 0.2, low = m->jam ? -0.1 : 0.3;
     bool free = false;
     for (int try = 0; try < 100 && !free; try++) {
         double way[3];
         draw_axis(m, way);
-        for (int i = 0; i < 3; i++) at[i] = dBodyGetPosition(parent)[i] + 0.2 * way[i];
-        free = at[2] > 0.3;
+        for (int i = 0; i < 3; i++) at[i] = dBodyGetPosition(parent)[i] + far * way[i];
+        free = at[2] > low;
         for (int k = 0; k < m->count && free; k++) {
             const dReal *x = dBodyGetPosition(m->body[k]);
-            free = hypot(hypot(x[0] - at[0], x[1] - at[1]), x[2] - at[2]) > APART;
+            free = hypot(hypot(x[0] - at[0], x[1] - at[1]), x[2] - at[2]) > apart;
         }
     }
 }
@@ -273,7 +285,7 @@ static void find_room(world_maker *m, dBodyID parent, double *at)
 static void make_world(world_maker *m, int bodies, bool hung)
 {
     for (int k = 0; k < bodies; k++) {
-        double at[3] = {0, 0, 1.5}, place[3];
+        double at[3] = {0, 0, m->jam ? 0 : 1.5}, place[3];
         int parent = k ? (int)draw(m, k > 4 ? k - 4 : 0, k) : -1;
         if (parent >= 0) find_room(m, m->body[parent], at);
         dBodyID body = m->body[m->count++] = make_body(m, at);
@@ -295,6 +307,28 @@ static void make_world(world_maker *m, int bodies, bool hung)
     }
 }
 
+static void tie_flywheel(sim *s, dBodyID to, double inertia)
+{
+    const dReal *at = dBodyGetPosition(to);
+    dBodyID wheel = dBodyCreate(s->world);
+    dMass mass;
+    dMassSetSphereTotal(&mass, 1, 0.05);
+    for (int i = 0; i < 3; i++) mass.I[5 * i] = inertia;
+    dBodySetMass(wheel, &mass);
+    dBodySetPosition(wheel, at[0], at[1], at[2]);
+    dBodySetGyroscopicMode(wheel, 0);
+    dJointID hinge = dJointCreateHinge(s->world, NULL);
+    dJointAttach(hinge, wheel, NULL);
+    dJointSetHingeAnchor(hinge, at[0], at[1], at[2]);
+    dJointSetHingeAxis(hinge, 0, 1, 0);
+    dJointSetHingeParam(hinge, dParamFMax, sim_value(s, "torque", 1));
+    dJointSetHingeParam(hinge, dParamVel, -1);
+    dJointID ball = dJointCreateBall(s->world, NULL);
+    dJointAttach(ball, wheel, to);
+    dJointSetBallAnchor(ball, at[0], at[1], at[2]);
+    dBodySetAngularVel(wheel, 0, sim_value(s, "spin", 0), 0);
+}
+
 int main(int argc, char **argv)
 {
     sim *s = sim_open(argc, argv, 0.005, 400);
@@ -306,11 +340,19 @@ int main(int argc, char **argv)
     m.motors = sim_value(s, "motors", 0.3);
     m.stops = sim_value(s, "stops", 0.3);
     m.rare = sim_value(s, "rare", 0);
+    m.velocity = sim_value(s, "velocity", 1);
+    m.force = sim_value(s, "force", 1);
+    m.jam = sim_value(s, "jam", 0) > 0;
+    if (sim_value(s, "gravity", 1) == 0) dWorldSetGravity(s->world, 0, 0, 0);
     int bodies = (int)sim_value(s, "bodies", floor(draw(&m, 2, 1 + MOST_BODIES)));
     if (sim_value(s, "ground", 1) > 0) sim_ground(s);
     make_world(&m, bodies < MOST_BODIES ? bodies : MOST_BODIES, draw(&m, 0, 1) < 0.5);
+    double inertia = sim_value(s, "wheel", 0);
+    if (inertia > 0) tie_flywheel(s, m.body[0], inertia);
+    s->each_step = look;
     sim_run(s);
     sim_print(s, "jointed");
+    sim_number("kinetic_max", kinetic_max);
     sim_number("bodies", m.count);
     return sim_close(s);
 }
