@@ -174,12 +174,6 @@ static double part_of_fall(const pinch_step_context *context, const pinch_proble
     return OF_FALL * 0.5 * mass_of(problem) * fall * fall;
 }
 
-/* Does a surface move by itself along the contact, or about its normal? */
-static bool moves_along(const pinch_contact *c)
-{
-    return c->surface_velocity[1] != 0 || c->surface_velocity[2] != 0 || c->surface_velocity[3] != 0;
-}
-
 /* Returns the most energy (J) that surfaces may give in a step: they bring all bodies to the speed of the fastest, and
  * lift them at it. */
 static double most_of_surfaces(const pinch_step_context *context, const pinch_contact_store *contacts,
@@ -292,6 +286,12 @@ static double mean_power_of_friction(const answer *a, const pinch_contact *c)
     double along1 = c->relative_velocity[1] + c->surface_velocity[1] + pinch_v3_dot(before, c->tangent1);
     double along2 = c->relative_velocity[2] + c->surface_velocity[2] + pinch_v3_dot(before, t2);
     return 0.5 * (c->force[1] * along1 + c->force[2] * along2);
+}
+
+/* Does a surface move by itself along the contact, or about its normal? */
+static bool moves_along(const pinch_contact *c)
+{
+    return c->surface_velocity[1] != 0 || c->surface_velocity[2] != 0 || c->surface_velocity[3] != 0;
 }
 
 /* Returns the work (J) that surfaces do on bodies as they move by themselves. In a jam some give what others take, so
