@@ -176,7 +176,7 @@ static bool a_motor_will_give_way(const pinch_force_system *s, const descent *d,
         const pinch_joint_row *row = &d->problem->rows[j];
         double before = d->row_forces[j], now = row_force(s, j), limit = now > 0 ? row->high : -row->low;
         bool grows = now * row->rhs > 0 && before * now > 0 && fabs(now) > grows_by * fabs(before);
-        if (grows && fabs(now) < limit && next * fabs(now) > LOWEST_FLOOR * limit) return true;
+        if (grows && fabs(now) < limit && next * fabs(now) > 10 * STIFFEST_FLOOR * limit) return true;
     }
     return false;
 }
