@@ -108,11 +108,10 @@ static const option_row table[OPTION_COUNT] = {
                         "exit status 1 where one of these happened: crush, slip, dropped, limit"},
     [OPTION_BUDGET] =
         {"budget", VALUE_POSITIVE, OPTION_FIELD(budget), "S",
-         "seconds of measuring for each size, or row of paper (default 1, piles 2, threads 4; collide: for all)"},
-    [OPTION_THREADS] =
-        {"threads", VALUE_INTEGER, OPTION_FIELD(threads), "N",
-         "threads that solve islands (default 1; bench threads: the most it tries, default 2 to 4 by the machine)", 1,
-         OPTIONS_MOST_THREADS},
+         "seconds of measuring by size, or row of paper (default 1; piles 2, threads 4; collide: in all)"},
+    [OPTION_THREADS] = {"threads", VALUE_INTEGER, OPTION_FIELD(threads), "N",
+                        "threads that solve islands (default 1; bench threads: the most that it tries)", 1,
+                        OPTIONS_MOST_THREADS},
     [OPTION_RECORD] = {"record", VALUE_FOLDER, OPTION_FIELD(record), "DIR",
                        "write islands that the solver fails on into this folder, for pinch replay; 100 at most"},
     [OPTION_RECORD_ALL] = {"record-all", VALUE_FLAG, OPTION_FIELD(record_all), NULL,
