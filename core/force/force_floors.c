@@ -153,28 +153,18 @@ static void bound_sinks(const pinch_force_system *s, const descent *d, double sh
     }
 }
 
-/* Returns the force (N or N m) of a joint row that has a place of its own; of others 0. */
-static double row_force(const pinch_force_system *s, int row)
-{
-    int e = s->element_of_row[row];
-    if (e >= 0) return *pinch_force_values(&s->elements[e], PINCH_FORCE_R);
-    if (e == -1) return 0;
-    const pinch_force_multiplier *m = &s->multipliers[-2 - e];
-    return m->unit.sigma > 0 ? (m->base + m->y) / (s->step * m->unit.sigma) : 0;
-}
-
 /*
- * Tells whether a motor jams bodies, and not for long: the force by which it drives grows as those of a jam
- * do, by what the floor is stiffer, and reaches its limit at a floor that is still to come. From there on the bodies
- * fall short in proportion to the floor, and what two softer floors tell says nothing. Brakes only resist: where they
- * share a jam with joints, stiffer floors throw what is in it.
+ * Tells whether a motor jams bodies, and not for long: the force by which it drives grows as those of a jam do, by what
+ * the floor is stiffer, and reaches its limit at a floor that is still to come. From there on the bodies fall short in
+ * proportion to the floor, and what two softer floors tell says nothing. Brakes only resist: where they share a jam
+ * with joints, stiffer floors throw what is in it.
  */
 static bool a_motor_will_give_way(const pinch_force_system *s, const descent *d, double floor, double next)
 {
     double grows_by = 1 + 0.5 * (floor / next - 1);
     for (int j = 0; j < d->problem->row_count; j++) {
         const pinch_joint_row *row = &d->problem->rows[j];
-        double before = d->row_forces[j], now = row_force(s, j), limit = now > 0 ? row->high : -row->low;
+        double before = d->row_forces[j], now = pinch_force_of_row(s, j), limit = now > 0 ? row->high : -row->low;
         bool grows = now * row->rhs > 0 && before * now > 0 && fabs(now) > grows_by * fabs(before);
         if (grows && fabs(now) < limit && next * fabs(now) > 10 * STIFFEST_FLOOR * limit) return true;
     }
@@ -237,7 +227,7 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
     if (total->iterations >= settings->max_iterations || s->work > s->budget) return true;
     pinch_force_keep(s, d->kept, false);
     for (int k = 0; k < s->contact_count; k++) d->short_of[k] = falls_short(&s->elements[k]);
-    for (int j = 0; j < d->problem->row_count; j++) d->row_forces[j] = row_force(s, j);
+    for (int j = 0; j < d->problem->row_count; j++) d->row_forces[j] = pinch_force_of_row(s, j);
     start_stiffer(s, d->kept, *floor, next);
     if (!run_newton(arena, s, settings, LATER_LIMIT, total, &part)) return false;
     if (part.status != PINCH_SOLVE_CONVERGED && pinch_force_may_give_limits(s, settings, total->iterations)) {

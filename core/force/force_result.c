@@ -271,14 +271,13 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
     if (arena->failed) return false;
     for (int j = 0; j < problem->row_count; j++) {
         int e = s->element_of_row[j];
-        if (e >= 0) problem->rows[j].force = *pinch_force_values(&s->elements[e], PINCH_FORCE_R);
+        if (e != -1) problem->rows[j].force = pinch_force_of_row(s, j);
         if (problem->rows[j].continues) {
             problem->rows[j].force = problem->rows[j - 1].force;
             problem->rows[j].pivot = 1;
         }
         if (e > -2) continue;
         const pinch_force_multiplier *m = &s->multipliers[-2 - e];
-        problem->rows[j].force = m->unit.sigma > 0 ? (m->base + m->y) / (problem->step * m->unit.sigma) : 0;
         if (m->base != 0 || pinch_row_parts(problem, j) > 1) hold_at_bounds(m, &problem->rows[j]);
         problem->rows[j].pivot = 1;
         if (s->dependent_rows) problem->rows[j].violation = m->unit.sigma * pinch_force_given_way(m);

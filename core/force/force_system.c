@@ -41,6 +41,15 @@ void pinch_force_warm_start(pinch_force_system *s, const pinch_problem *problem)
     }
 }
 
+double pinch_force_of_row(const pinch_force_system *s, int row)
+{
+    int e = s->element_of_row[row];
+    if (e >= 0) return *pinch_force_values(&s->elements[e], PINCH_FORCE_R);
+    if (e == -1) return 0;
+    const pinch_force_multiplier *m = &s->multipliers[-2 - e];
+    return m->unit.sigma > 0 ? (m->base + m->y) / (s->step * m->unit.sigma) : 0;
+}
+
 /* Equation (29): when its compliance has changed, the elastic displacement x stays where that grew (the force falls)
  * and shrinks where it fell (the force stays). Keeping the force while the compliance grows would feed energy in. */
 static void shrink(double *x, int count, double before, double now)

@@ -231,6 +231,9 @@ void pinch_force_set_floor(pinch_force_system *system, double floor);
 /* Sets the scale from r, w0 and y. */
 void pinch_force_set_scale(pinch_force_system *system);
 
+/* Returns the force (N or N m) of a joint row; 0 where it is no part of the system, or acts on nothing that moves. */
+double pinch_force_of_row(const pinch_force_system *system, int row);
+
 /* Returns the compliance 1/(h k + c) that a contact as it came prescribes for one row. */
 double pinch_force_prescribed(const pinch_contact *contact, double step, int row);
 

@@ -18,7 +18,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { SIZES = 3, FEWEST = 11, MOST = 2001, TURN = 2, MOST_THREADS = 64 };
+enum { SIZES = 3, FEWEST = 11, MOST = 2001, TURN = 2 };
 
 static const struct threads_series {
     const char *name;
@@ -161,7 +161,7 @@ static command_status time_size(const bench_request *o, const struct threads_ser
 static int threads_wanted(const bench_request *o)
 {
     long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    if (o->threads > 0) return o->threads < MOST_THREADS ? o->threads : MOST_THREADS;
+    if (o->threads > 0) return o->threads;
     return processors < 2 ? 2 : processors > 4 ? 4 : (int)processors;
 }
 

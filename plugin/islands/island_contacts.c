@@ -269,7 +269,8 @@ static void fill_contact(const pinch_step_context *context, const pinch_contact_
         if (body[side] >= 0 && bodies->items[body[side]].drive >= 0) c->max_force = INFINITY;
     }
     if (prescribed) add_surface_velocity(linear, angular, t2, c);
-    if (!law->material) point->own->carries_at = hypot(pinch_v3_dot(c->tangent1, linear), pinch_v3_dot(t2, linear));
+    if (!law->material)
+        point->own->carries_at = prescribed ? hypot(pinch_v3_dot(c->tangent1, linear), pinch_v3_dot(t2, linear)) : 0;
 }
 
 typedef struct fill_task {
