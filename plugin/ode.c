@@ -118,20 +118,22 @@ static pinch_status take_contacts(void *context, dGeomID geom1, dGeomID geom2, c
     return status;
 }
 
+pinch_status pinch_ode_each_pair(pinch_ode *p, dSpaceID space, void *context, dNearCallback *near)
+{
+    if (!p || !space || !near || p->solved || p->detecting) return PINCH_INVALID_ARGUMENT;
+    p->detecting = true;
+    pinch_status status = pinch_each_pair(&p->detection, space, context, near);
+    p->detecting = false;
+    return status;
+}
+
 pinch_status pinch_ode_collide(pinch_ode *p, dSpaceID space, int most, pinch_ode_near near, void *context)
 {
     const pinch_detection_request request = {space, most, near, context};
-    if (!p || !space || most < 1 || !near || p->solved) return PINCH_INVALID_ARGUMENT;
-    if (!p->pool.workers || !pinch_detection_is_shared(&p->detection))
-        return pinch_detect_alone(&p->detection, &request, take_contacts, p);
-    pinch_workers_call(p->pool.workers);
-    pinch_status status = pinch_detect(&p->detection, p->pool.workers, &request);
-    for (int k = 0; k < p->detection.pairs.count && status == PINCH_OK; k++) {
-        int count;
-        const dContact *contacts = pinch_detected(&p->detection, k, &count);
-        const dGeomID *geom = p->detection.pairs.items[k].geom;
-        status = take_contacts(p, geom[0], geom[1], contacts, count);
-    }
+    if (!p || !space || most < 1 || !near || p->solved || p->detecting) return PINCH_INVALID_ARGUMENT;
+    p->detecting = true;
+    pinch_status status = pinch_detect(&p->detection, p->pool.workers, &request, take_contacts, p);
+    p->detecting = false;
     return status;
 }
 

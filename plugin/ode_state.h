@@ -16,6 +16,7 @@ struct pinch_ode {
     pinch_ode_stats stats;
     bool recount_at_rest;   /* the statistics were reset: islands at rest have not been counted yet */
     bool unconverged;       /* an island of this step, see unconverged_steps */
+    bool detecting;         /* pairs of geoms are being looked at */
     bool solved;            /* pinch_ode_solve is done, pinch_ode_advance not yet */
     bool stepped;           /* ODE's step was done, or left out; memory may have run out in it */
     int body_count;         /* of the world, as the program says; -1: not known */

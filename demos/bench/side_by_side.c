@@ -11,6 +11,7 @@
 /* Of the steps of a turn the last is timed: it finds in the caches what the others have left there, as the steps of a
  * run do. */
 enum { WARM_UP = 40, TURN = 2, FEWEST = 7, MOST = 2001 };
+enum { CONTACT, WHOLE, PARTS };
 
 static void copy_bodies(int count, const dBodyID *from, const dBodyID *to)
 {
@@ -45,7 +46,7 @@ typedef struct timing_buffer {
     int size;
     bench_world worlds[BENCH_SOLVERS];
     bool taking_part[BENCH_SOLVERS];
-    double seconds[BENCH_SOLVERS][MOST], ratio[2][MOST];
+    double seconds[BENCH_SOLVERS][PARTS][MOST], ratio[BENCH_SOLVERS][PARTS][MOST]; /* ratio: of Pinch's to theirs */
     double *built; /* 3 per body: where it was built, m */
 } timing_buffer;
 
@@ -152,26 +153,32 @@ static bool measure(timing_buffer *b, side_by_side *result)
         for (int k = 0; k < BENCH_SOLVERS; k++) {
             bench_world *w = &b->worlds[k];
             for (int s = 0; s < TURN && b->taking_part[k]; s++) {
-                bench_prepare(w);
+                double detected = bench_prepare(w);
                 long before = allocations_counted();
-                b->seconds[k][i] = bench_step(w);
+                double seconds = b->seconds[k][CONTACT][i] = bench_step(w);
                 allocations[k] += allocations_counted() - before;
-                if (w->failed || b->seconds[k][i] < 0) return false;
+                if (w->failed || seconds < 0) return false;
+                b->seconds[k][WHOLE][i] = detected + seconds;
                 result->of[k].residual = fmax(result->of[k].residual, bench_residual(w));
             }
         }
         tell_measuring(b, i, clock_seconds() - start);
-        b->ratio[0][i] = b->seconds[BENCH_PINCH][i] / b->seconds[BENCH_QUICKSTEP][i];
-        b->ratio[1][i] = b->seconds[BENCH_PINCH][i] / b->seconds[BENCH_WORLDSTEP][i];
+        for (int k = 0; k < BENCH_SOLVERS * PARTS; k++)
+            b->ratio[k / PARTS][k % PARTS][i] =
+                b->seconds[BENCH_PINCH][k % PARTS][i] / b->seconds[k / PARTS][k % PARTS][i];
     }
     result->rounds = i;
     for (int k = 0; k < BENCH_SOLVERS; k++) {
         result->of[k].allocations = (double)allocations[k] / ((double)TURN * i);
-        result->of[k].seconds = b->taking_part[k] ? median(b->seconds[k], i) : NAN;
+        result->of[k].seconds = b->taking_part[k] ? median(b->seconds[k][CONTACT], i) : NAN;
+        result->of[k].whole = b->taking_part[k] ? median(b->seconds[k][WHOLE], i) : NAN;
         result->of[k].iterations = k == BENCH_QUICKSTEP ? dWorldGetQuickStepNumIterations(b->worlds[k].ode) : NAN;
     }
-    result->ratio = median(b->ratio[0], i);
-    result->worldstep_ratio = b->taking_part[BENCH_WORLDSTEP] ? median(b->ratio[1], i) : NAN;
+    for (int part = 0; part < PARTS; part++) {
+        result->ratio[part] = median(b->ratio[BENCH_QUICKSTEP][part], i);
+        result->worldstep_ratio[part] =
+            b->taking_part[BENCH_WORLDSTEP] ? median(b->ratio[BENCH_WORLDSTEP][part], i) : NAN;
+    }
     return true;
 }
 

@@ -36,7 +36,8 @@ typedef struct timing_plan {
 
 /* The results of one solver. */
 typedef struct solver_timing {
-    double seconds;         /* median of a step; NAN: the solver was not run */
+    double seconds;         /* median of the contact part of a step; NAN: the solver was not run */
+    double whole;           /* the same of the whole step, with collision detection */
     double residual;        /* N: the largest bench_residual of the measured steps */
     double iterations;      /* mean per step; for quickstep the number it is set to */
     double allocations;     /* calls of an allocator per step, once the world has been running */
@@ -52,7 +53,8 @@ typedef struct solver_timing {
 typedef struct side_by_side {
     int size, contacts, bodies, rounds;
     solver_timing of[BENCH_SOLVERS];
-    double ratio, worldstep_ratio; /* medians over the rounds: Pinch's step over quickstep's, over worldstep's */
+    double ratio[2], worldstep_ratio[2]; /* medians over the rounds: Pinch's step over quickstep's, over worldstep's;
+                                            the contact part's and the whole step's */
 } side_by_side;
 
 /* Returns false when memory runs out or a step fails. */

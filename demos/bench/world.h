@@ -1,7 +1,7 @@
 /*
  * A plain ODE program whose contact solver can be chosen, as the benchmarks of steps run it. It detects collisions
- * first and keeps the contacts. The timed part is the solver's: from the first contact handed over to the end of the
- * step and the emptying of the contact group.
+ * first and keeps the contacts. The contact part of a step is the solver's: from the first contact handed over to the
+ * end of the step and the emptying of the contact group. The whole step has the collision detection, too.
  */
 #ifndef PINCH_BENCH_WORLD_H
 #define PINCH_BENCH_WORLD_H
@@ -73,8 +73,10 @@ dBodyID bench_add_driven(bench_world *w, double x, double y, double z);
 dJointID bench_add_hinge(bench_world *w, dBodyID body1, dBodyID body2, const double anchor[3], const double axis[3],
                          double torque);
 
-/* Moves the driven bodies, applies loads and detects collisions: everything before the contacts are handed over. */
-void bench_prepare(bench_world *w);
+/* Moves the driven bodies, applies loads and detects collisions: everything before the contacts are handed over.
+ * Returns the seconds of collision detection, whose pairs ODE's solvers have from dSpaceCollide, and Pinch from
+ * pinch_ode_each_pair. */
+double bench_prepare(bench_world *w);
 /* Makes the rest of the step. Returns the seconds it took, or a negative number when the step failed. */
 double bench_step(bench_world *w);
 /* Makes a step by Pinch in which its threads share the collision detection, too: does what bench_prepare and bench_step

@@ -1,110 +1,21 @@
 #include "contacts/detection.h"
 
-#include "support/await.h"
-
-#include <limits.h>
 #include <stdlib.h>
+#include <string.h>
 
 void pinch_detection_free(pinch_detection *d)
 {
     for (int k = 0; k < d->batches.room; k++) free(d->batches.items[k].contacts.items);
     free(d->batches.items);
-    free(d->pairs.items);
-    free(d->late.items);
+    pinch_near_pairs_free(&d->near);
+    free(d->whole.items);
 }
 
 size_t pinch_detection_bytes(const pinch_detection *d)
 {
-    size_t bytes = PINCH_LIST_BYTES(d->pairs) + PINCH_LIST_BYTES(d->late) + PINCH_LIST_BYTES(d->batches);
+    size_t bytes = pinch_near_pairs_bytes(&d->near) + PINCH_LIST_BYTES(d->whole) + PINCH_LIST_BYTES(d->batches);
     for (int k = 0; k < d->batches.room; k++) bytes += PINCH_LIST_BYTES(d->batches.items[k].contacts);
     return bytes;
-}
-
-/* ---- pairs ---- */
-
-typedef struct inner_pairs {
-    void *context;
-    dNearCallback *pair;
-} inner_pairs;
-
-static void look_inside(void *data, dGeomID a, dGeomID b)
-{
-    const inner_pairs *of = data;
-    if (dGeomIsSpace(a) || dGeomIsSpace(b))
-        dSpaceCollide2(a, b, data, look_inside);
-    else
-        of->pair(of->context, a, b);
-}
-
-static void for_each_pair(dSpaceID space, void *context, dNearCallback *pair)
-{
-    inner_pairs of = {context, pair};
-    dSpaceCollide(space, &of, look_inside);
-}
-
-static void note_pair(void *data, dGeomID a, dGeomID b)
-{
-    pinch_detection *d = data;
-    const pinch_near_pair pair = {.geom = {a, b}};
-    if (d->pairs.count < d->pairs.room) { /* which others read */
-        d->pairs.items[d->pairs.count++] = pair;
-        pinch_say(&d->found, d->pairs.count);
-    } else if (PINCH_RESERVE(d->late, d->late.count + 1)) {
-        d->late.items[d->late.count++] = pair;
-    } else {
-        atomic_store(&d->status, PINCH_OUT_OF_MEMORY);
-    }
-}
-
-/* ---- their contacts ---- */
-
-/* Has a pair looked at, whose contacts go to the end of the list. Returns how many they are. */
-static pinch_status find_contacts(const pinch_detection_request *r, const dGeomID geom[2], pinch_near_batch *into,
-                                  int *count)
-{
-    *count = 0;
-    if (!PINCH_RESERVE(into->contacts, into->contacts.count + r->most)) return PINCH_OUT_OF_MEMORY;
-    int found = r->near(r->context, geom[0], geom[1], r->most, into->contacts.items + into->contacts.count);
-    if (found < 0 || found > r->most) return PINCH_INVALID_ARGUMENT;
-    *count = found;
-    into->contacts.count += found;
-    return PINCH_OK;
-}
-
-static void look_at(pinch_detection *d, int k)
-{
-    pinch_near_pair *pair = &d->pairs.items[k];
-    pinch_near_batch *batch = &d->batches.items[k / PINCH_NEAR_BATCH];
-    pair->first = batch->contacts.count;
-    pinch_status status = find_contacts(&d->request, pair->geom, batch, &pair->count);
-    if (status != PINCH_OK) atomic_store(&d->status, (int)status);
-}
-
-static void look_at_found(pinch_detection *d)
-{
-    for (;;) {
-        int first = atomic_fetch_add(&d->next, PINCH_NEAR_BATCH), end = first + PINCH_NEAR_BATCH;
-        pinch_await(&d->found, end);
-        if (atomic_load(&d->found) == INT_MAX && end > d->pairs.count) end = d->pairs.count;
-        if (first >= end) return;
-        for (int k = first; k < end; k++) look_at(d, k);
-    }
-}
-
-/* There is one call for each thread at least, as none ends before the caller has asked ODE. */
-static void detect_part(void *context, int worker, int first, int end)
-{
-    pinch_detection *d = context;
-    (void)first, (void)end;
-    if (worker == 0 && !d->asked) {
-        d->asked = true;
-        for_each_pair(d->request.space, d, note_pair);
-        pinch_say(&d->found, INT_MAX);
-    }
-    if (worker > 0 && !dAllocateODEDataForThread(dAllocateMaskAll))
-        pinch_await(&d->found, INT_MAX);
-    else
-        look_at_found(d);
 }
 
 /* Makes room for batches of this many pairs, new ones without contacts. Returns false when memory runs out. */
@@ -116,72 +27,144 @@ static bool reserve_batches(pinch_detection *d, int pairs)
     return true;
 }
 
-bool pinch_detection_is_shared(const pinch_detection *d)
+static void note_hit(void *context, dGeomID a, dGeomID b)
 {
-    enum { FEW = 256 };
-    return d->last > FEW;
+    (void)a, (void)b;
+    *(bool *)context = true;
 }
 
-pinch_status pinch_detect(pinch_detection *d, pinch_workers *workers, const pinch_detection_request *request)
+/* Has a pair looked at, whose contacts go to the end of the batch. ODE is asked first: geom classes of a program may
+ * tell by a test of their own that a pair is apart (dGeomClass.aabb_test). */
+static pinch_status look_at(const pinch_detection_request *r, pinch_near_pair *pair, pinch_near_batch *into)
 {
-    d->request = *request;
-    d->pairs.count = d->late.count = 0;
-    if (!PINCH_RESERVE(d->pairs, d->last + d->last / 4) || !reserve_batches(d, d->pairs.room))
-        return PINCH_OUT_OF_MEMORY;
-    for (int k = 0; k < d->batches.room; k++) d->batches.items[k].contacts.count = 0;
-    d->asked = false;
-    atomic_store(&d->found, 0);
-    atomic_store(&d->next, 0);
-    atomic_store(&d->status, PINCH_OK);
-    pinch_workers_run(workers, detect_part, d, PINCH_ODE_MOST_THREADS, 1);
-    int count = d->pairs.count;
-    d->last = d->pairs.count + d->late.count;
-    if (!PINCH_RESERVE(d->pairs, d->last) || !reserve_batches(d, d->last)) return PINCH_OUT_OF_MEMORY;
-    d->pairs.count = d->last;
-    for (int k = 0; k < d->late.count; k++) {
-        d->pairs.items[count + k] = d->late.items[k];
-        look_at(d, count + k);
-    }
-    return (pinch_status)atomic_load(&d->status);
+    bool may_touch = false;
+    pair->points = (pinch_range){into->contacts.count, 0};
+    dSpaceCollide2(pair->geom[0], pair->geom[1], &may_touch, note_hit);
+    if (!may_touch) return PINCH_OK;
+    if (!PINCH_RESERVE(into->contacts, into->contacts.count + r->most)) return PINCH_OUT_OF_MEMORY;
+    dContact *room = into->contacts.items + into->contacts.count;
+    int found = r->near(r->context, pair->geom[0], pair->geom[1], r->most, room);
+    if (found < 0 || found > r->most) return PINCH_INVALID_ARGUMENT;
+    pair->points.count = found;
+    into->contacts.count += found;
+    return PINCH_OK;
 }
 
-const dContact *pinch_detected(const pinch_detection *d, int pair, int *count)
+static pinch_status hand_on(const pinch_near_pair *pair, const pinch_near_batch *found, pinch_take_contacts *take,
+                            void *context)
 {
-    const pinch_near_pair *of = &d->pairs.items[pair];
-    *count = of->count;
-    return d->batches.items[pair / PINCH_NEAR_BATCH].contacts.items + of->first;
+    if (pair->points.count == 0) return PINCH_OK;
+    return take(context, pair->geom[0], pair->geom[1], found->contacts.items + pair->points.first, pair->points.count);
 }
 
-/* ---- by one thread ---- */
+/* ---- by several threads ---- */
 
-typedef struct lone_detection {
+typedef struct shared_detection {
     pinch_detection *detection;
-    pinch_take_contacts *take;
-    void *context;
-    int pairs;
-    pinch_status status;
-} lone_detection;
+    bool has_data[PINCH_ODE_MOST_THREADS]; /* ODE's, of a thread */
+} shared_detection;
 
-static void look_and_take(void *context, dGeomID a, dGeomID b)
+static pinch_status look_at_batch(pinch_detection *d, int number)
 {
-    lone_detection *l = context;
-    const dGeomID geom[2] = {a, b};
-    pinch_near_batch *batch = l->detection->batches.items;
-    int count;
-    if (l->status != PINCH_OK) return;
-    l->pairs++;
+    int first = number * PINCH_NEAR_BATCH, end = first + PINCH_NEAR_BATCH, count = d->near.pairs.count;
+    pinch_near_batch *batch = &d->batches.items[number];
+    pinch_status status = PINCH_OK;
     batch->contacts.count = 0;
-    l->status = find_contacts(&l->detection->request, geom, batch, &count);
-    if (l->status == PINCH_OK && count > 0) l->status = l->take(l->context, a, b, batch->contacts.items, count);
+    for (int k = first; k < end && k < count && status == PINCH_OK; k++)
+        status = look_at(&d->request, &d->near.pairs.items[k], batch);
+    return status;
 }
 
-pinch_status pinch_detect_alone(pinch_detection *d, const pinch_detection_request *request, pinch_take_contacts *take,
-                                void *context)
+static void look_at_some(void *context, int worker, int first, int end)
 {
-    lone_detection l = {d, take, context, 0, PINCH_OK};
-    d->request = *request;
+    shared_detection *s = context;
+    pinch_detection *d = s->detection;
+    pinch_status status = PINCH_OK;
+    if (worker > 0 && !s->has_data[worker]) s->has_data[worker] = dAllocateODEDataForThread(dAllocateMaskAll) != 0;
+    if (worker > 0 && !s->has_data[worker]) status = PINCH_OUT_OF_MEMORY;
+    for (int b = first; b < end && status == PINCH_OK; b++) status = look_at_batch(d, b);
+    if (status != PINCH_OK) atomic_store(&d->status, (int)status);
+}
+
+static pinch_status detect_with(pinch_workers *workers, pinch_detection *d, pinch_take_contacts *take, void *context)
+{
+    int count = d->near.pairs.count;
+    shared_detection shared = {.detection = d};
+    if (!reserve_batches(d, count)) return PINCH_OUT_OF_MEMORY;
+    atomic_store(&d->status, PINCH_OK);
+    pinch_workers_run(workers, look_at_some, &shared, (count + PINCH_NEAR_BATCH - 1) / PINCH_NEAR_BATCH, 1);
+    pinch_status status = (pinch_status)atomic_load(&d->status);
+    for (int k = 0; k < count && status == PINCH_OK; k++)
+        status = hand_on(&d->near.pairs.items[k], &d->batches.items[k / PINCH_NEAR_BATCH], take, context);
+    return status;
+}
+
+/* ---- by one ---- */
+
+static pinch_status detect_alone(pinch_detection *d, pinch_take_contacts *take, void *context)
+{
     if (!reserve_batches(d, 0)) return PINCH_OUT_OF_MEMORY;
-    for_each_pair(request->space, &l, look_and_take);
-    d->last = l.pairs;
-    return l.status;
+    pinch_near_batch *batch = d->batches.items;
+    pinch_status status = PINCH_OK;
+    for (int k = 0; k < d->near.pairs.count && status == PINCH_OK; k++) {
+        pinch_near_pair *pair = &d->near.pairs.items[k];
+        batch->contacts.count = 0;
+        status = look_at(&d->request, pair, batch);
+        if (status == PINCH_OK) status = hand_on(pair, batch, take, context);
+    }
+    return status;
+}
+
+/* ---- pairs ---- */
+
+typedef struct inner_pairs {
+    pinch_near_pairs *near;
+    bool done;
+} inner_pairs;
+
+static void look_inside(void *context, dGeomID a, dGeomID b)
+{
+    inner_pairs *p = context;
+    if (dGeomIsSpace(a) || dGeomIsSpace(b))
+        dSpaceCollide2(a, b, context, look_inside);
+    else
+        p->done = p->done && pinch_note_near_pair(p->near, a, b);
+}
+
+/* Puts pairs of geoms in the places of pairs with spaces. */
+static bool open_spaces(pinch_detection *d)
+{
+    int count = d->near.pairs.count;
+    inner_pairs inner = {&d->near, true};
+    if (!PINCH_RESERVE(d->whole, count)) return false;
+    if (count > 0) memcpy(d->whole.items, d->near.pairs.items, (size_t)count * sizeof *d->whole.items);
+    d->near.pairs.count = 0;
+    for (int k = 0; k < count && inner.done; k++)
+        look_inside(&inner, d->whole.items[k].geom[0], d->whole.items[k].geom[1]);
+    return inner.done;
+}
+
+pinch_status pinch_detect(pinch_detection *d, pinch_workers *workers, const pinch_detection_request *request,
+                          pinch_take_contacts *take, void *context)
+{
+    enum { FEW = 256 /* pairs */ };
+    d->request = *request;
+    bool shared = workers && d->near.pairs.count > FEW; /* in the last detection */
+    if (shared) pinch_workers_call(workers);
+    if (!pinch_find_near_pairs(&d->near, shared ? workers : NULL, request->space)) return PINCH_OUT_OF_MEMORY;
+    if (d->near.with_spaces && !open_spaces(d)) return PINCH_OUT_OF_MEMORY;
+    return shared ? detect_with(workers, d, take, context) : detect_alone(d, take, context);
+}
+
+pinch_status pinch_each_pair(pinch_detection *d, dSpaceID space, void *context, dNearCallback *near)
+{
+    if (!pinch_find_near_pairs(&d->near, NULL, space)) return PINCH_OUT_OF_MEMORY;
+    for (int k = 0; k < d->near.pairs.count; k++) {
+        const pinch_near_pair *pair = &d->near.pairs.items[k];
+        if (d->near.with_spaces && (dGeomIsSpace(pair->geom[0]) || dGeomIsSpace(pair->geom[1])))
+            near(context, pair->geom[0], pair->geom[1]);
+        else
+            dSpaceCollide2(pair->geom[0], pair->geom[1], context, near);
+    }
+    return PINCH_OK;
 }

@@ -184,19 +184,29 @@ PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, cons
 PINCH_API pinch_status pinch_ode_add_contact(pinch_ode *plugin, const dContact *contact, dBodyID body1, dBodyID body2);
 
 /*
+ * Does what dSpaceCollide does, for less: calls `near` once for each pair of geoms in the space whose boxes overlap.
+ * The pairs are the same, but they come in another order. ODE's changes with each geom that moves; here the geom that
+ * came into the space first comes first, in simple and hash spaces, so that what is handed over keeps its order from
+ * step to step. Which geoms are close to each other is kept as well, and found out anew only for those that have left
+ * the place where they were looked for. Pairs with an inner space are given as they are, as by dSpaceCollide. `near`
+ * may hand over contacts; it must not change the space.
+ */
+PINCH_API pinch_status pinch_ode_each_pair(pinch_ode *plugin, dSpaceID space, void *context, dNearCallback *near);
+
+/*
  * Finds the contacts of two geoms whose boxes overlap, as a near callback does: writes at most `room` of them, with
  * their surface parameters, and returns how many. Neither geom is a space, and *contacts is not cleared. With several
- * threads it is called from all of them, for different pairs; it must not call the plugin, and of ODE only what reads,
- * as dCollide does.
+ * threads it is called from all of them, for different pairs, and so are the functions of a program's own geom classes;
+ * it must not call the plugin, and of ODE only what reads, as dCollide does.
  */
 typedef int (*pinch_ode_near)(void *context, dGeomID geom1, dGeomID geom2, int room, dContact *contacts);
 
 /*
- * Does what dSpaceCollide does with a near callback that hands over what it finds, to the same bits, and has `near`
- * look at pairs of geoms in all threads (settings.threads) while ODE still looks for others. most >= 1: contacts of a
- * pair. Contacts are between the geoms' bodies. The geoms of an inner space are met by those outside of it, and not by
- * each other. Geoms that need ODE's data of a thread, as trimeshes do, have it. Where it does not return PINCH_OK, some
- * contacts have not been handed over.
+ * Does what pinch_ode_each_pair does with a near callback that hands over what it finds, to the same bits, and has
+ * `near` look at pairs of geoms in all threads (settings.threads). most >= 1: contacts of a pair. Contacts are between
+ * the geoms' bodies. The geoms of an inner space are met by those outside of it, and not by each other. Geoms that need
+ * ODE's data of a thread, as trimeshes do, have it. Where it does not return PINCH_OK, some contacts have not been
+ * handed over.
  */
 PINCH_API pinch_status pinch_ode_collide(pinch_ode *plugin, dSpaceID space, int most, pinch_ode_near near,
                                          void *context);

@@ -1,0 +1,452 @@
+#include "contacts/near_pairs.h"
+
+#include "util/box_tree.h"
+
+#include <math.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+
+/* A reach goes beyond its box by a part of the box's shortest side, and by some steps of what its sides have moved. */
+static const double BEYOND = 0.1, AHEAD = 8;
+enum { MOST_SPACES = 8, GRAIN = 256 /* geoms that a thread takes at a time */ };
+
+/* What is kept of a geom. One that is destroyed is known by its address alone until the next call. */
+typedef struct near_geom {
+    dGeomID geom;
+    dBodyID body;
+    unsigned long category, collide;
+    pinch_box reach;
+    bool is_space;
+    bool endless; /* in some direction, as a plane is: not in the tree */
+    bool strays;  /* the tree does not have its reach */
+    bool left;    /* its old reach: its neighbours are to be found */
+} near_geom;
+
+/* What a step reads of it. */
+typedef struct near_box {
+    pinch_box box;
+    dGeomID geom;
+    bool is_enabled, is_space;
+} near_box;
+
+typedef struct neighbours {
+    PINCH_LIST(int) first; /* of each geom and, at the end, how many there are in all */
+    PINCH_LIST(int) later; /* the neighbours of each geom that come after it, in their order */
+} neighbours;
+
+typedef struct near_link {
+    int one, later;
+} near_link;
+
+struct pinch_near_space {
+    dSpaceID space;
+    unsigned long call;          /* the last one */
+    PINCH_LIST(near_geom) geoms; /* in the order in which they were first listed */
+    PINCH_LIST(near_box) boxes;  /* of the geoms */
+    PINCH_LIST(dGeomID) listed;  /* as ODE listed them the last time, from the end */
+    pinch_item_index index;      /* of geoms */
+    pinch_box_tree tree;         /* over the reaches of most geoms */
+    PINCH_LIST(int) strays;      /* the others */
+    neighbours known, merged;    /* merged: for the next ones while they are made */
+    PINCH_LIST(near_link) links; /* new ones */
+    pinch_found_boxes found;     /* of one geom */
+    atomic_int left;             /* geoms that have left their reaches */
+};
+
+static void free_space(pinch_near_space *s)
+{
+    free(s->geoms.items);
+    free(s->boxes.items);
+    free(s->listed.items);
+    pinch_item_index_free(&s->index);
+    pinch_box_tree_free(&s->tree);
+    free(s->strays.items);
+    free(s->known.first.items);
+    free(s->known.later.items);
+    free(s->merged.first.items);
+    free(s->merged.later.items);
+    free(s->links.items);
+    free(s->found.names.items);
+    free(s);
+}
+
+static size_t space_bytes(const pinch_near_space *s)
+{
+    return sizeof *s + PINCH_LIST_BYTES(s->geoms) + PINCH_LIST_BYTES(s->boxes) + PINCH_LIST_BYTES(s->listed) +
+           pinch_item_index_bytes(&s->index) + pinch_box_tree_bytes(&s->tree) + PINCH_LIST_BYTES(s->strays) +
+           PINCH_LIST_BYTES(s->known.first) + PINCH_LIST_BYTES(s->known.later) + PINCH_LIST_BYTES(s->merged.first) +
+           PINCH_LIST_BYTES(s->merged.later) + PINCH_LIST_BYTES(s->links) + PINCH_LIST_BYTES(s->found.names);
+}
+
+void pinch_near_pairs_free(pinch_near_pairs *near)
+{
+    for (int k = 0; k < near->spaces.count; k++) free_space(near->spaces.items[k]);
+    free(near->spaces.items);
+    free(near->pairs.items);
+}
+
+size_t pinch_near_pairs_bytes(const pinch_near_pairs *near)
+{
+    size_t bytes = PINCH_LIST_BYTES(near->pairs) + PINCH_LIST_BYTES(near->spaces);
+    for (int k = 0; k < near->spaces.count; k++) bytes += space_bytes(near->spaces.items[k]);
+    return bytes;
+}
+
+/* ---- which geoms there are ---- */
+
+static pinch_item_keys keys_of(const pinch_near_space *s)
+{
+    return PINCH_ITEM_KEYS(s->geoms, near_geom, geom);
+}
+
+/* Keeps the geoms that are still listed, in their order, and appends new ones. Neighbours and tree hold their places,
+ * and are made anew by the next search, as every geom has left its reach. */
+static bool list_anew(pinch_near_space *s)
+{
+    int kept = 0, known = s->geoms.count, all = s->listed.count;
+    for (int k = 0; k < known; k++) s->geoms.items[k].left = s->geoms.items[k].strays = false; /* until it is found */
+    if (!PINCH_RESERVE(s->geoms, known + all) || !PINCH_RESERVE(s->boxes, known + all)) return false;
+    for (int k = 0; k < all; k++) {
+        int place = pinch_item_index_get(&s->index, keys_of(s), &s->listed.items[k]);
+        if (place >= 0) {
+            s->geoms.items[place].left = true;
+        } else {
+            s->geoms.items[s->geoms.count] = (near_geom){.geom = s->listed.items[k], .left = true};
+            s->boxes.items[s->geoms.count++] = (near_box){.box = {{NAN, NAN, NAN}, {NAN, NAN, NAN}}};
+        }
+    }
+    for (int k = 0; k < s->geoms.count; k++) {
+        if (!s->geoms.items[k].left) continue;
+        s->geoms.items[kept] = s->geoms.items[k];
+        s->boxes.items[kept++] = s->boxes.items[k];
+    }
+    s->geoms.count = s->boxes.count = kept;
+    s->tree.items.count = s->strays.count = 0;
+    return pinch_item_index_rebuild(&s->index, keys_of(s), kept);
+}
+
+/* Tells whether all that is listed is known, and nothing else is. */
+static bool has_the_listed(const pinch_near_space *s)
+{
+    if (s->listed.count != s->geoms.count) return false;
+    for (int k = 0; k < s->listed.count; k++)
+        if (pinch_item_index_get(&s->index, keys_of(s), &s->listed.items[k]) < 0) return false;
+    return true;
+}
+
+static bool list_geoms(pinch_near_space *s)
+{
+    int count = dSpaceGetNumGeoms(s->space);
+    bool same = count == s->listed.count;
+    if (!PINCH_RESERVE(s->listed, count)) return false;
+    s->listed.count = count;
+    for (int k = 0; k < count; k++) { /* ODE steps on from the one asked for before */
+        dGeomID geom = dSpaceGetGeom(s->space, k), *place = &s->listed.items[count - 1 - k];
+        same = same && *place == geom;
+        *place = geom;
+    }
+    return same || has_the_listed(s) || list_anew(s);
+}
+
+/* ---- where they are ---- */
+
+static bool is_inside(const pinch_box *box, const pinch_box *reach)
+{
+    bool inside = true;
+    for (int k = 0; k < 3; k++) inside &= (box->low[k] >= reach->low[k]) & (box->high[k] <= reach->high[k]);
+    return inside;
+}
+
+/* Sets the reach of a box which was at `before` in the last step; NaN: nobody knows. */
+static void set_reach(near_geom *g, const pinch_box *box, const pinch_box *before)
+{
+    double shortest = INFINITY;
+    g->endless = false;
+    for (int k = 0; k < 3; k++) {
+        double side = box->high[k] - box->low[k];
+        g->endless = g->endless || !isfinite(side);
+        shortest = fmin(shortest, side);
+    }
+    for (int k = 0; k < 3; k++) { /* fmax takes the number of a number and NaN */
+        g->reach.low[k] = box->low[k] - BEYOND * shortest - AHEAD * fmax(before->low[k] - box->low[k], 0);
+        g->reach.high[k] = box->high[k] + BEYOND * shortest + AHEAD * fmax(box->high[k] - before->high[k], 0);
+    }
+    if (g->endless) g->reach = *box;
+}
+
+static void bring_up_to_date(near_geom *g, near_box *b)
+{
+    dReal side[6];
+    dGeomGetAABB(g->geom, side);
+    const pinch_box box = {{side[0], side[2], side[4]}, {side[1], side[3], side[5]}};
+    near_geom now = {.geom = g->geom,
+                     .body = dGeomGetBody(g->geom),
+                     .category = dGeomGetCategoryBits(g->geom),
+                     .collide = dGeomGetCollideBits(g->geom),
+                     .is_space = dGeomIsSpace(g->geom) != 0,
+                     .strays = g->strays};
+    g->left = g->left || now.body != g->body || now.category != g->category || now.collide != g->collide ||
+              now.is_space != g->is_space || !is_inside(&box, &g->reach);
+    if (g->left) {
+        set_reach(&now, &box, &b->box);
+        now.left = true;
+        *g = now;
+    }
+    *b = (near_box){box, g->geom, dGeomIsEnabled(g->geom) != 0, now.is_space};
+}
+
+static void bring_some_up_to_date(void *context, int worker, int first, int end)
+{
+    pinch_near_space *s = context;
+    int left = 0;
+    (void)worker;
+    for (int k = first; k < end; k++) {
+        bring_up_to_date(&s->geoms.items[k], &s->boxes.items[k]);
+        left += s->geoms.items[k].left;
+    }
+    if (left > 0) atomic_fetch_add(&s->left, left);
+}
+
+/* ---- who is a neighbour of whom ---- */
+
+static int by_number(const void *a, const void *b)
+{
+    int one = *(const int *)a, other = *(const int *)b;
+    return (one > other) - (one < other);
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const near_link *one = a, *other = b;
+    int order = by_number(&one->one, &other->one);
+    return order != 0 ? order : by_number(&one->later, &other->later);
+}
+
+/* Two geoms of one body never collide, nor do those whose bits forbid it. */
+static bool may_collide(const near_geom *a, const near_geom *b)
+{
+    if (a->body == b->body && a->body) return false;
+    return (a->category & b->collide) != 0 || (b->category & a->collide) != 0;
+}
+
+static bool note_neighbour(pinch_near_space *s, int geom, int other)
+{
+    const near_geom *a = &s->geoms.items[geom], *b = &s->geoms.items[other];
+    if (!pinch_boxes_overlap(&a->reach, &b->reach)) return true;
+    if (!PINCH_RESERVE(s->found.names, s->found.names.count + 1)) return false;
+    s->found.names.items[s->found.names.count++] = other;
+    return true;
+}
+
+/* Finds those after `above` whose reach overlaps that of a geom, itself and those that it never collides with among
+ * them. What the tree tells of strays is old. */
+static bool find_around(pinch_near_space *s, int geom, int above)
+{
+    const near_geom *g = &s->geoms.items[geom];
+    s->found.names.count = 0;
+    if (g->endless) {
+        for (int k = above + 1; k < s->geoms.count; k++)
+            if (!note_neighbour(s, geom, k)) return false;
+        return true;
+    }
+    if (!pinch_box_tree_find(&s->tree, &g->reach, above, &s->found)) return false;
+    int kept = 0;
+    for (int k = 0; k < s->found.names.count; k++)
+        if (!s->geoms.items[s->found.names.items[k]].strays) s->found.names.items[kept++] = s->found.names.items[k];
+    s->found.names.count = kept;
+    for (int k = 0; k < s->strays.count; k++)
+        if (s->strays.items[k] > above && !note_neighbour(s, geom, s->strays.items[k])) return false;
+    return true;
+}
+
+static bool append(neighbours *n, int geom)
+{
+    if (!PINCH_RESERVE(n->later, n->later.count + 1)) return false;
+    n->later.items[n->later.count++] = geom;
+    return true;
+}
+
+static bool begin(neighbours *n, int geoms)
+{
+    if (!PINCH_RESERVE(n->first, geoms + 1)) return false;
+    n->first.count = geoms + 1;
+    n->later.count = 0;
+    return true;
+}
+
+/* Finds the neighbours of all geoms by a new tree, in which all are that have an end. */
+static bool search_all(pinch_near_space *s)
+{
+    int count = s->geoms.count;
+    s->tree.items.count = s->strays.count = 0;
+    if (!PINCH_RESERVE(s->tree.items, count) || !PINCH_RESERVE(s->strays, count) || !begin(&s->known, count))
+        return false;
+    for (int k = 0; k < count; k++) {
+        near_geom *g = &s->geoms.items[k];
+        g->strays = g->endless;
+        if (g->strays)
+            s->strays.items[s->strays.count++] = k;
+        else
+            s->tree.items.items[s->tree.items.count++] = (pinch_tree_item){g->reach, k};
+    }
+    if (!pinch_box_tree_build(&s->tree)) return false;
+    for (int k = 0; k < count; k++) {
+        s->known.first.items[k] = s->known.later.count;
+        if (!find_around(s, k, k)) return false;
+        qsort(s->found.names.items, (size_t)s->found.names.count, sizeof(int), by_number);
+        for (int i = 0; i < s->found.names.count; i++) {
+            int other = s->found.names.items[i];
+            if (may_collide(&s->geoms.items[k], &s->geoms.items[other]) && !append(&s->known, other)) return false;
+        }
+    }
+    s->known.first.items[count] = s->known.later.count;
+    return true;
+}
+
+/* Links geoms that have left their reaches to their neighbours, each pair once. */
+static bool link_those_that_left(pinch_near_space *s)
+{
+    s->links.count = 0;
+    for (int k = 0; k < s->geoms.count; k++) {
+        if (!s->geoms.items[k].left) continue;
+        if (!find_around(s, k, -1) || !PINCH_RESERVE(s->links, s->links.count + s->found.names.count)) return false;
+        for (int i = 0; i < s->found.names.count; i++) {
+            int other = s->found.names.items[i];
+            bool again = other == k || (s->geoms.items[other].left && other < k);
+            if (again || !may_collide(&s->geoms.items[k], &s->geoms.items[other])) continue;
+            s->links.items[s->links.count++] = k < other ? (near_link){k, other} : (near_link){other, k};
+        }
+    }
+    if (s->links.count > 0) qsort(s->links.items, (size_t)s->links.count, sizeof(near_link), by_place);
+    return true;
+}
+
+/* Puts the new links among the neighbours, and leaves out those of geoms that have left their reaches. */
+static bool merge_links(pinch_near_space *s)
+{
+    const near_link *link = s->links.items, *end = link + s->links.count;
+    if (!begin(&s->merged, s->geoms.count)) return false;
+    for (int k = 0; k < s->geoms.count; k++) {
+        s->merged.first.items[k] = s->merged.later.count;
+        for (int i = s->known.first.items[k]; i < s->known.first.items[k + 1]; i++) {
+            int later = s->known.later.items[i];
+            if (s->geoms.items[k].left || s->geoms.items[later].left) continue;
+            for (; link < end && link->one == k && link->later < later; link++)
+                if (!append(&s->merged, link->later)) return false;
+            if (!append(&s->merged, later)) return false;
+        }
+        for (; link < end && link->one == k; link++)
+            if (!append(&s->merged, link->later)) return false;
+    }
+    s->merged.first.items[s->geoms.count] = s->merged.later.count;
+    const neighbours swapped = s->known;
+    s->known = s->merged;
+    s->merged = swapped;
+    return true;
+}
+
+/* Finds the neighbours of geoms that have left their reaches. The tree is good while it has most of the geoms. */
+static bool search_again(pinch_near_space *s)
+{
+    enum { SOME = 32, PART = 8 };
+    int strays = s->strays.count;
+    if (!PINCH_RESERVE(s->strays, s->geoms.count)) return false;
+    for (int k = 0; k < s->geoms.count; k++) {
+        near_geom *g = &s->geoms.items[k];
+        if (g->left && !g->strays) s->strays.items[strays++] = k;
+        g->strays = g->strays || g->left;
+    }
+    s->strays.count = strays;
+    bool done = strays > SOME + s->geoms.count / PART || s->tree.items.count == 0
+                    ? search_all(s)
+                    : link_those_that_left(s) && merge_links(s);
+    for (int k = 0; k < s->geoms.count; k++) s->geoms.items[k].left = false;
+    return done;
+}
+
+/* ---- pairs ---- */
+
+bool pinch_note_near_pair(pinch_near_pairs *near, dGeomID a, dGeomID b)
+{
+    if (!PINCH_RESERVE(near->pairs, near->pairs.count + 1)) return false;
+    near->pairs.items[near->pairs.count++] = (pinch_near_pair){.geom = {a, b}};
+    return true;
+}
+
+static bool compare_boxes(const pinch_near_space *s, pinch_near_pairs *near)
+{
+    for (int k = 0; k < s->geoms.count; k++) {
+        const near_box *one = &s->boxes.items[k];
+        if (!one->is_enabled) continue;
+        for (int i = s->known.first.items[k]; i < s->known.first.items[k + 1]; i++) {
+            const near_box *other = &s->boxes.items[s->known.later.items[i]];
+            if (!other->is_enabled || !pinch_boxes_overlap(&one->box, &other->box)) continue;
+            if (!pinch_note_near_pair(near, one->geom, other->geom)) return false;
+            near->with_spaces = near->with_spaces || one->is_space || other->is_space;
+        }
+    }
+    return true;
+}
+
+typedef struct ode_pairs {
+    pinch_near_pairs *near;
+    bool done;
+} ode_pairs;
+
+static void take_pair(void *context, dGeomID a, dGeomID b)
+{
+    ode_pairs *p = context;
+    p->done = p->done && pinch_note_near_pair(p->near, a, b);
+    p->near->with_spaces = p->near->with_spaces || dGeomIsSpace(a) || dGeomIsSpace(b);
+}
+
+static bool ask_ode(dSpaceID space, pinch_near_pairs *near)
+{
+    ode_pairs p = {near, true};
+    dSpaceCollide(space, &p, take_pair);
+    return p.done;
+}
+
+/* Returns what is known of a space, for one that is new in the place of the one that was not asked about for longest.
+ * Returns NULL when memory runs out. */
+static pinch_near_space *space_of(pinch_near_pairs *near, dSpaceID space)
+{
+    int count = near->spaces.count, oldest = 0;
+    for (int k = 0; k < count; k++) {
+        if (near->spaces.items[k]->space == space) return near->spaces.items[k];
+        if (near->spaces.items[k]->call < near->spaces.items[oldest]->call) oldest = k;
+    }
+    if (count < MOST_SPACES && !PINCH_RESERVE(near->spaces, count + 1)) return NULL;
+    pinch_near_space *s = calloc(1, sizeof *s);
+    if (!s) return NULL;
+    s->space = space;
+    if (count < MOST_SPACES) {
+        near->spaces.items[near->spaces.count++] = s;
+    } else {
+        free_space(near->spaces.items[oldest]);
+        near->spaces.items[oldest] = s;
+    }
+    return s;
+}
+
+static bool find_by_neighbours(pinch_near_pairs *near, pinch_workers *workers, pinch_near_space *s)
+{
+    s->call = near->calls;
+    if (!list_geoms(s)) return false;
+    atomic_store(&s->left, 0);
+    pinch_workers_run(workers, bring_some_up_to_date, s, s->geoms.count, GRAIN);
+    return (atomic_load(&s->left) == 0 || search_again(s)) && compare_boxes(s, near);
+}
+
+bool pinch_find_near_pairs(pinch_near_pairs *near, pinch_workers *workers, dSpaceID space)
+{
+    near->calls++;
+    near->pairs.count = 0;
+    near->with_spaces = false;
+    /* Quadtree spaces do not list their geoms. */
+    if (dSpaceGetClass(space) == dQuadTreeSpaceClass) return ask_ode(space, near);
+    pinch_near_space *s = space_of(near, space);
+    if (s && find_by_neighbours(near, workers, s)) return true;
+    if (s) s->listed.count = s->geoms.count = 0, pinch_item_index_clear(&s->index); /* which may be half done */
+    return false;
+}

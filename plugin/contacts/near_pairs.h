@@ -1,0 +1,44 @@
+/*
+ * The pairs of geoms of a space whose boxes overlap, as dSpaceCollide finds them, for pinch_ode_collide.
+ *
+ * Neighbours are kept from step to step. Each geom has a reach, a box around its own that goes beyond it by a part of
+ * its size and by what it will move in the next steps. Geoms are neighbours while their reaches overlap, and are looked
+ * for anew only when one has left its reach. In each step the boxes of neighbours are compared, no others. So the reach
+ * decides what a step costs, and never which pairs there are.
+ *
+ * Pairs come in the order in which their geoms were first listed: the oldest first in spaces that put new geoms first,
+ * as ODE's simple and hash spaces do. ODE's own order changes with each geom that moves.
+ */
+#ifndef PINCH_CONTACTS_NEAR_PAIRS_H
+#define PINCH_CONTACTS_NEAR_PAIRS_H
+
+#include "util/list.h"
+#include "util/workers.h"
+
+#include <ode/ode.h>
+
+typedef struct pinch_near_pair {
+    dGeomID geom[2];
+    pinch_range points; /* for who looks at the pair */
+} pinch_near_pair;
+
+typedef struct pinch_near_space pinch_near_space;
+
+/* Everything starts as 0. */
+typedef struct pinch_near_pairs {
+    PINCH_LIST(pinch_near_pair) pairs;
+    PINCH_LIST(pinch_near_space *) spaces; /* those that were asked about, with their neighbours */
+    bool with_spaces;                      /* among the geoms of pairs */
+    unsigned long calls;
+} pinch_near_pairs;
+
+void pinch_near_pairs_free(pinch_near_pairs *near);
+size_t pinch_near_pairs_bytes(const pinch_near_pairs *near);
+
+/* Finds the pairs that dSpaceCollide would call back for. workers may be NULL. Returns false when memory runs out. */
+bool pinch_find_near_pairs(pinch_near_pairs *near, pinch_workers *workers, dSpaceID space);
+
+/* Appends a pair. Returns false when memory runs out. */
+bool pinch_note_near_pair(pinch_near_pairs *near, dGeomID geom1, dGeomID geom2);
+
+#endif
