@@ -333,7 +333,7 @@ pinch_status pinch_ode_read_outcome(const pinch_ode *p, int index, pinch_ode_out
 pinch_status pinch_ode_contact_energy(const pinch_ode *p, pinch_ode_energy *energy)
 {
     if (!p || !energy || p->solved || !p->context.settings.keep_islands) return PINCH_INVALID_ARGUMENT;
-    pinch_contact_energy(&p->graph, &p->pool.kept, p->last_h, energy);
+    pinch_contact_energy(&p->graph, &p->contacts, &p->pool.kept, p->last_h, energy);
     return PINCH_OK;
 }
 

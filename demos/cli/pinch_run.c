@@ -52,7 +52,7 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
                        pinch_contact_state_text(f->state.state), f->state.normal_force,
                        scene_norm(f->state.tangential_force), 1e6 * scene_norm(f->state.elastic),
                        1e6 * f->state.slip_total);
-        terminal_print(stream, "%s\n", number_for_people("%8.4f", world_slip_margin(f), margin));
+        terminal_print(stream, "%s\n", number_for_people("%8.4f", world_least_margin(w, f), margin));
     }
     run_print_joints(w, stream);
     char n[4][48];

@@ -45,6 +45,13 @@ static pinch_statics_settings settings_of(const options *o, const scene *s)
     return settings;
 }
 
+/* How far the finger itself is pressed in, m. The object may give way as well. */
+static double depth_of(const solution *x, int i)
+{
+    const pinch_finger_result *f = &x->finger_results[i];
+    return isnan(f->normal_displacement) ? NAN : f->r[0] / x->s->fingers[i].stiffness.normal;
+}
+
 static json_t *finger_document(const solution *x, int i)
 {
     const pinch_finger_result *f = &x->finger_results[i];
@@ -53,7 +60,7 @@ static json_t *finger_document(const solution *x, int i)
                      solved ? json_string(pinch_contact_state_text(f->state)) : json_null(), "normal_force",
                      json_number(f->r[0]), "tangential_force", json_numbers(f->tangential_force, 3), "torsional_moment",
                      json_number(f->r[3]), "force", json_numbers(f->force, 3), "normal_displacement",
-                     json_number(f->normal_displacement), "tangential_displacement",
+                     json_number(depth_of(x, i)), "tangential_displacement",
                      json_numbers(f->tangential_displacement, 3), "slip", json_numbers(f->slip, 3), "slip_margin",
                      json_number(f->slip_margin));
 }
@@ -134,7 +141,11 @@ static json_t *solution_document(const solution *x)
                              "slip_direction", json_number(v->slip_direction), "fingers", finger_documents(x), "object",
                              "translation", json_numbers(r->translation, 3), "rotation", json_numbers(r->rotation, 3),
                              "grasp", grasp_document(x), "twist", escapes ? json_numbers(motion, 6) : json_null());
-    int failed = !document || !rest || json_object_update(document, rest);
+    json_t *left_out = json_array();
+    scene_statics_leave_out(x->s, json_append_text, left_out);
+    int failed = !document || !rest || json_object_update(document, rest) ||
+                 json_object_set(document, "not_expressed", left_out);
+    json_decref(left_out);
     json_decref(rest);
     if (!failed) return document;
     json_decref(document);
@@ -151,7 +162,7 @@ static void print_fingers(const solution *x, FILE *stream)
         if (isfinite(f->slip_margin)) snprintf(margin, sizeof margin, "%.4f", f->slip_margin);
         terminal_print(stream, "  %-12s %-6s %12.6g %12.6g %12.6g %12.6g %9s\n", x->s->fingers[i].name,
                        pinch_contact_state_text(f->state), f->r[0], scene_norm(f->tangential_force),
-                       1e6 * f->normal_displacement, 1e6 * scene_norm(f->slip), margin);
+                       1e6 * depth_of(x, i), 1e6 * scene_norm(f->slip), margin);
     }
 }
 
@@ -233,6 +244,11 @@ static const char *found_by(const solution *x)
     return texts[pinch_solver_solved_by(&x->settings.solver, &x->result.solve)];
 }
 
+static void print_left_out(void *stream, const char *text)
+{
+    terminal_print(stream, "  the statics leave out %s\n", text);
+}
+
 static void print_table(const solution *x, FILE *stream)
 {
     const pinch_statics_result *r = &x->result;
@@ -241,6 +257,7 @@ static void print_table(const solution *x, FILE *stream)
                    pinch_solve_status_text(r->solve.status), pinch_solver_name(x->settings.solver.solver), found_by(x),
                    scene_formulation_name(x->s->solver.formulation), r->size, r->solve.iterations,
                    number_for_people("%.2g", r->solve.residual, n), 1e3 * x->time);
+    scene_statics_leave_out(x->s, print_left_out, stream);
     double t[6];
     if (find_motion(x, t))
         terminal_print(stream, "  %s (%.4g, %.4g, %.4g) m, (%.4g, %.4g, %.4g) rad; wrench reached: %s\n",

@@ -67,7 +67,7 @@ static json_t *finger_documents(const solver_run *c)
             json_pack("{s:s, s:s, s:o, s:o, s:o, s:o, s:o}", "name", finger->finger->name, "state",
                       pinch_contact_state_text(s->state), "force", json_numbers(s->force, 3), "normal_force",
                       json_number(s->normal_force), "tangential_force", json_number(scene_norm(s->tangential_force)),
-                      "slip", json_number(s->slip_total), "slip_margin", json_number(world_slip_margin(finger))));
+                      "slip", json_number(s->slip_total), "slip_margin", json_number(world_slip_margin(c->w, finger))));
     }
     return list;
 }

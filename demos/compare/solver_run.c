@@ -205,7 +205,7 @@ void observer_after_step(observer *r, const observer *peer)
 static double smallest_margin(const world *w)
 {
     double smallest = NAN;
-    for (int f = 0; f < w->finger_count; f++) smallest = fmin(smallest, world_slip_margin(&w->fingers[f]));
+    for (int f = 0; f < w->finger_count; f++) smallest = fmin(smallest, world_least_margin(w, &w->fingers[f]));
     return smallest;
 }
 

@@ -16,6 +16,23 @@ static pinch_contact_model model_of(scene_model model)
     }
 }
 
+static double in_series(double a, double b)
+{
+    return a + b > 0 ? a * b / (a + b) : 0;
+}
+
+/* What the object is of gives way, too, and the smaller friction counts. */
+static void add_object(const scene_object *object, pinch_finger *f)
+{
+    if (!object->has_material) return;
+    f->stiffness[0] = in_series(f->stiffness[0], object->stiffness.normal);
+    f->friction = fmin(f->friction, object->friction.static_);
+    if (f->friction > 0)
+        f->stiffness[1] = in_series(f->stiffness[1], object->stiffness.tangential);
+    else
+        f->model = PINCH_CONTACT_FRICTIONLESS;
+}
+
 static pinch_finger finger_of(const scene *s, const scene_finger *from)
 {
     pinch_finger f = {.model = model_of(from->model),
@@ -30,6 +47,7 @@ static pinch_finger finger_of(const scene *s, const scene_finger *from)
         f.tangent1[j] = from->t1[j];
     }
     f.force_controlled = scene_finger_force(from, &f.normal_force);
+    add_object(&s->objects[0], &f);
     return f;
 }
 
@@ -107,4 +125,23 @@ const scene_finger *scene_finger_on_path(const scene *s, double time)
         if (scene_norm(translation) > 0 || scene_norm(rotation) > 0) return &s->fingers[i];
     }
     return NULL;
+}
+
+/* A tip with a flat face touches in several points. */
+static bool is_pad(const scene_finger *f)
+{
+    return f->tip.type == SCENE_BOX || f->tip.type == SCENE_CYLINDER || f->tip.type >= SCENE_CONVEX;
+}
+
+void scene_statics_leave_out(const scene *s, void (*report)(void *context, const char *text), void *context)
+{
+    bool hertz = false, pads = false;
+    for (size_t i = 0; i < s->finger_count; i++) {
+        hertz = hertz || s->fingers[i].stiffness.hertz > 0;
+        pads = pads || (is_pad(&s->fingers[i]) && s->fingers[i].model != SCENE_FRICTIONLESS);
+    }
+    if (hertz) report(context, "Hertz' law: fingers have their linear stiffness");
+    if (pads) report(context, "the size of pads: a finger touches in one point, and resists turning if it is soft");
+    if (s->object_count > 1) report(context, "other objects, and what they exert on the first");
+    if (s->environment_count > 0) report(context, "the environment");
 }

@@ -6,7 +6,8 @@
 #include <pinch/statics.h>
 
 /* The scene as a static grasp under the loads of the schedule's first entry, with every finger at its point with its
- * normal, before anything gives. `fingers` has room for finger_count of them, and the grasp then refers to it. The
+ * normal, before anything gives, and with what the object gives way
+ * and its friction. `fingers` has room for finger_count of them, and the grasp then refers to it. The
  * environment plays no part. A slider that gravity acts on presses with its force and its weight. */
 void scene_static_grasp(const scene *s, pinch_finger *fingers, pinch_grasp *grasp);
 
@@ -16,5 +17,8 @@ void scene_static_grasp_at(const scene *s, double time, pinch_finger *fingers, p
 
 /* A finger whose path drive has moved it by then, so that it is not where the statics put it; NULL for none. */
 const scene_finger *scene_finger_on_path(const scene *s, double time);
+
+/* Reports what a static grasp does not have of the scene, one text at a time. */
+void scene_statics_leave_out(const scene *s, void (*report)(void *context, const char *text), void *context);
 
 #endif

@@ -224,7 +224,7 @@ static bool take_frame(film *f, const world *w)
         finger[i] = (film_finger){.state = s->state,
                                   .normal_force = s->normal_force,
                                   .tangential_force = scene_norm(s->tangential_force),
-                                  .margin = world_slip_margin(&w->fingers[i]),
+                                  .margin = world_least_margin(w, &w->fingers[i]),
                                   .slip = s->slip_total};
         scene_copy(s->force, finger[i].force);
     }
@@ -244,7 +244,7 @@ static void watch_extremes(film *f, const world *w)
     for (int i = 0; i < f->finger_count; i++) {
         film_extremes *e = &f->extremes[i];
         const world_finger_state *s = &w->fingers[i].state;
-        double margin = world_slip_margin(&w->fingers[i]);
+        double margin = world_least_margin(w, &w->fingers[i]);
         if (s->state == PINCH_CONTACT_SLIP && isnan(e->first_slip)) e->first_slip = w->time;
         if (!isnan(margin) && !(margin >= e->least_margin)) {
             e->least_margin = margin;

@@ -70,6 +70,26 @@ static void follow_depth(const pinch_pair *pair, double modulus, pinch_material 
     material->stiffness[0] = stiffness;
 }
 
+/* A patch resists turning about the normal if either side is soft; a side that is not says nothing about turning. */
+static void combine_torsion(pinch_material *material, const pinch_material *other)
+{
+    bool soft = material->model == PINCH_CONTACT_SOFT, other_soft = other->model == PINCH_CONTACT_SOFT;
+    if (soft && other_soft) {
+        material->stiffness[2] = in_series(material->stiffness[2], other->stiffness[2]);
+        material->damping[2] = in_series(material->damping[2], other->damping[2]);
+        material->torsional_friction = fmin(material->torsional_friction, other->torsional_friction);
+    } else if (other_soft) {
+        material->stiffness[2] = other->stiffness[2];
+        material->damping[2] = other->damping[2];
+        material->torsional_friction = other->torsional_friction;
+    }
+    bool frictionless = material->model == PINCH_CONTACT_FRICTIONLESS || other->model == PINCH_CONTACT_FRICTIONLESS;
+    if (frictionless)
+        material->model = PINCH_CONTACT_FRICTIONLESS;
+    else if (other_soft)
+        material->model = PINCH_CONTACT_SOFT;
+}
+
 const pinch_material *pinch_pair_material(const pinch_contact_store *store, const pinch_pair *pair, pinch_material *own,
                                           double *share)
 {
@@ -95,17 +115,30 @@ const pinch_material *pinch_pair_material(const pinch_contact_store *store, cons
     if (!half_way)
         *share = both > 0 ? other->hertz_modulus / (material->hertz_modulus + other->hertz_modulus)
                           : other->stiffness[0] / (material->stiffness[0] + other->stiffness[0]);
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 2; i++) {
         material->stiffness[i] = in_series(material->stiffness[i], other->stiffness[i]);
         material->damping[i] = in_series(material->damping[i], other->damping[i]);
     }
     follow_depth(pair, both, material);
-    if (other->model < material->model) material->model = other->model;
+    combine_torsion(material, other);
     material->friction = fmin(material->friction, other->friction);
     material->friction_kinetic = fmin(material->friction_kinetic, other->friction_kinetic);
-    material->torsional_friction = fmin(material->torsional_friction, other->torsional_friction);
     material->max_force = fmin(material->max_force, other->max_force);
     return material;
+}
+
+double pinch_pair_hertz_part(const pinch_contact_store *store, const pinch_pair *pair)
+{
+    const pinch_material *first = pinch_geom_material(store, pair->geom[0]);
+    const pinch_material *last = pinch_geom_material(store, pair->geom[1]);
+    double modulus[2] = {first ? first->hertz_modulus : 0, last ? last->hertz_modulus : 0};
+    if (!(modulus[0] > 0) && !(modulus[1] > 0)) return 0;
+    bool both = modulus[0] > 0 && modulus[1] > 0;
+    double hertz = hertz_stiffness(pair, both ? in_series(modulus[0], modulus[1]) : fmax(modulus[0], modulus[1]));
+    if (!(hertz > 0)) return 0;
+    if (both || !first || !last) return 1;
+    double linear = modulus[0] > 0 ? last->stiffness[0] : first->stiffness[0];
+    return in_series(hertz, linear) / hertz;
 }
 
 pinch_material pinch_default_material(void)

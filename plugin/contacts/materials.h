@@ -21,4 +21,7 @@ static inline const pinch_material *pinch_geom_material(const pinch_contact_stor
 const pinch_material *pinch_pair_material(const pinch_contact_store *store, const pinch_pair *pair, pinch_material *own,
                                           double *share);
 
+/* Returns the part of the pair's depth that follows Hertz' law, in [0, 1]; the rest is a linear spring's. */
+double pinch_pair_hertz_part(const pinch_contact_store *store, const pinch_pair *pair);
+
 #endif

@@ -1,6 +1,8 @@
 /* The energy that contacts store and lose in a step. */
 #include "islands/island_life.h"
 
+#include "contacts/materials.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -18,15 +20,31 @@ static double pressed_in(const pinch_contact *c, double d)
 }
 
 /*
+ * The same where the `part` of the depth follows Hertz' law, and k is the secant at the depth of the contact. That part
+ * has taken up 2/5 of force times depth by then, a linear spring a half, so that all has taken up F d (1/2 - part/10).
+ * From there the force goes along the tangent, whose compliance is (1 - part/3)/k: Hertz' is 2/3 of the secant's.
+ */
+static double pressed_by_hertz(const pinch_contact *c, double part, double d)
+{
+    double k = c->stiffness[0], more = d - c->depth;
+    if (!(d > 0) || !(c->depth > 0)) return pressed_in(c, d);
+    return k * c->depth * (c->depth * (0.5 - 0.1 * part) + more) + spring(k / (1 - part / 3), more);
+}
+
+/*
  * Along the normal the spring is pressed from depth d to d+ = d - h w_n, with the end's force clamp(k d+, 0, limit).
  * Over the motion it takes that force times d+ - d, which exceeds what it stores by the integrator's part; what the
  * contact force has beyond the spring's is the damper's. A yielding finger gives back what it took at its limit.
  */
-static void add_normal(const pinch_contact *c, double h, pinch_ode_energy *e)
+static void add_normal(const pinch_contact *c, double hertz_part, double h, pinch_ode_energy *e)
 {
     double k = c->stiffness[0], w = c->relative_velocity[0], end = c->depth - h * w;
     double pressed = end > 0 ? fmin(k * end, c->max_force) : 0;
     double stored = pressed_in(c, c->depth), left = pressed_in(c, end);
+    if (hertz_part > 0 && fmax(stored, left) <= pressed_in(c, c->max_force / k)) {
+        stored = pressed_by_hertz(c, hertz_part, c->depth);
+        left = pressed_by_hertz(c, hertz_part, end);
+    }
     e->elastic_start += stored;
     e->elastic_end += left;
     e->integrator += stored - left - pressed * h * w;
@@ -48,10 +66,10 @@ static void add_friction(const pinch_contact *c, int i, pinch_ode_energy *e)
     e->integrator += spring(k, end - start);
 }
 
-static void add_contact(const pinch_contact *c, double h, pinch_ode_energy *e)
+static void add_contact(const pinch_contact *c, double hertz_part, double h, pinch_ode_energy *e)
 {
     int rows = c->model == PINCH_CONTACT_ROLLING ? PINCH_CONTACT_SOFT : c->model;
-    add_normal(c, h, e);
+    add_normal(c, hertz_part, h, e);
     for (int i = 0; i < rows - 1; i++) add_friction(c, i, e);
     for (int i = 0; i < rows; i++) e->drives -= h * c->force[i] * c->surface_velocity[i];
 }
@@ -69,16 +87,27 @@ static void add_drive_rows(const pinch_island_graph *graph, const pinch_problem_
     }
 }
 
-void pinch_contact_energy(const pinch_island_graph *graph, const pinch_problem_buffers *kept, double h,
-                          pinch_ode_energy *e)
+static void add_pairs(const pinch_contact_store *store, const pinch_problem_buffers *kept, const pinch_island *island,
+                      double h, pinch_ode_energy *e)
+{
+    for (int i = 0; i < island->pairs.count; i++) {
+        const pinch_pair *pair = pinch_island_pair(store, island->pairs, i);
+        double hertz_part = pair->has_material ? pinch_pair_hertz_part(store, pair) : 0;
+        const pinch_contact *points = &kept->contacts.items[island->contacts.first + pair->first_in_island];
+        for (int k = 0; k < pair->manifold.count; k++) add_contact(&points[k], hertz_part, h, e);
+    }
+}
+
+void pinch_contact_energy(const pinch_island_graph *graph, const pinch_contact_store *store,
+                          const pinch_problem_buffers *kept, double h, pinch_ode_energy *e)
 {
     const pinch_step_bodies *bodies = &graph->bodies;
     memset(e, 0, sizeof *e);
     for (int k = 0; k < graph->count; k++) {
         const pinch_island *island = &graph->items[k];
-        for (int i = 0; i < island->contacts.count && pinch_island_is_solved(island); i++)
-            add_contact(&kept->contacts.items[island->contacts.first + i], h, e);
-        if (pinch_island_is_solved(island)) add_drive_rows(graph, kept, island, h, e);
+        if (!pinch_island_is_solved(island)) continue;
+        add_pairs(store, kept, island, h, e);
+        add_drive_rows(graph, kept, island, h, e);
     }
     for (int i = 0; i < bodies->count; i++) {
         const pinch_step_body *b = &bodies->items[bodies->by_island.items[i]];

@@ -176,7 +176,7 @@ void pinch_carry_history(const pinch_step_context *context, pinch_contact_store 
                          const pinch_step_bodies *bodies, pinch_island *island, const pinch_crew *crew);
 
 /* energy.c: as pinch_ode_contact_energy, for problems that were kept. */
-void pinch_contact_energy(const pinch_island_graph *graph, const pinch_problem_buffers *kept, double h,
-                          pinch_ode_energy *energy);
+void pinch_contact_energy(const pinch_island_graph *graph, const pinch_contact_store *contacts,
+                          const pinch_problem_buffers *kept, double h, pinch_ode_energy *energy);
 
 #endif

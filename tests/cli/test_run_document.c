@@ -94,6 +94,7 @@ static const field finger_fields[] = {
     {"slip", VECTOR3, false, false},
     {"slip_total", NUMBER, false, false},
     {"slip_margin", NUMBER, false, true},
+    {"least_margin", NUMBER, false, true},
     {"peak_normal_force", NUMBER, false, false},
 };
 

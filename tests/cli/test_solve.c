@@ -69,6 +69,44 @@ static void every_key_is_there(void **state)
         }
 }
 
+static const char LEFT_OUT[] =
+    "{\"format\": \"pinch-scene/1\", \"objects\": [{\"name\": \"held\", \"shape\": {\"type\": \"sphere\", \"radius\": "
+    "0.03}, \"mass\": 0.1}, {\"name\": \"other\", \"shape\": {\"type\": \"sphere\", \"radius\": 0.01}, \"mass\": 0.1, "
+    "\"position\": [0, 0, 1]}], \"environment\": [{\"shape\": {\"type\": \"box\", \"size\": [1, 1, 0.1]}, "
+    "\"position\": "
+    "[0, 0, -1], \"stiffness\": {\"normal\": 1e5}, \"friction\": 0.5}], \"fingers\": [{\"point\": [-0.03, 0, 0], "
+    "\"normal\": [1, 0, 0], \"model\": \"hard\", \"stiffness\": {\"normal\": 1e4, \"hertz\": 1e6}, \"friction\": 0.5, "
+    "\"closing\": 5e-4}, {\"point\": [0.03, 0, 0], \"normal\": [-1, 0, 0], \"model\": \"hard\", \"stiffness\": "
+    "{\"normal\": 1e4}, \"friction\": 0.5, \"closing\": 5e-4, \"tip\": {\"type\": \"box\", \"size\": [0.01, 0.01, "
+    "0.01]}}]}";
+
+static void what_is_left_out_is_said(void **state)
+{
+    (void)state;
+    static const char *const expected[] = {"Hertz", "pads", "other objects", "environment"};
+    char *folder = program_make_folder(), *scene = program_write_file(folder, "left-out.json", LEFT_OUT);
+    program_result r = PINCH(NULL, "solve", scene, "--json"), table = PINCH(NULL, "solve", scene);
+    json_t *d = cli_document(&r);
+    const json_t *said = json_object_get(d, "not_expressed");
+    assert_int_equal(json_array_size(said), 4);
+    for (size_t k = 0; k < 4; k++) {
+        assert_non_null(strstr(json_string_value(json_array_get(said, k)), expected[k]));
+        assert_non_null(strstr(table.out, json_string_value(json_array_get(said, k))));
+    }
+    json_decref(d);
+    program_free(&r);
+    program_free(&table);
+    char path[512];
+    paper_scene(path, "1");
+    r = PINCH(NULL, "solve", path, "--json");
+    d = cli_document(&r);
+    assert_int_equal(json_array_size(json_object_get(d, "not_expressed")), 0);
+    json_decref(d);
+    program_free(&r);
+    free(scene);
+    program_remove_folder(folder);
+}
+
 /* The forces that the statics find for the end of the schedule are those that the run ends with. */
 static void compare_ends(const char *folder, const char *scene)
 {
@@ -432,6 +470,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_key_is_there),
+        cmocka_unit_test(what_is_left_out_is_said),
         cmocka_unit_test(the_end_of_a_schedule_is_solved),
         cmocka_unit_test(every_legal_pair_solves_example_3),
         cmocka_unit_test(impossible_requests_are_usage_errors),

@@ -41,7 +41,9 @@ static void touch(world *w, dGeomID a, dGeomID b)
     if (of_b >= 0) w->objects[of_b].touched = true;
 }
 
-static world_status collide_two(world *w, dGeomID a, dGeomID b, int owner, const pinch_material *material)
+/* Either material may be NULL, not both. */
+static world_status collide_two(world *w, dGeomID a, dGeomID b, int owner, const pinch_material *of_a,
+                                const pinch_material *of_b)
 {
     dReal box_a[6], box_b[6];
     dGeomGetAABB(a, box_a);
@@ -58,12 +60,19 @@ static world_status collide_two(world *w, dGeomID a, dGeomID b, int owner, const
         c->body[1] = dGeomGetBody(geoms[i].g2);
         c->owner = owner;
         c->sharing = count;
-        c->material = material;
+        c->material = of_a ? of_a : of_b;
+        c->other = of_a ? of_b : NULL;
         w->depth_max = fmax(w->depth_max, geoms[i].depth);
         if (world_object_of(w, a) >= 0 && world_object_of(w, b) >= 0) world_set_surface(w, c);
     }
     if (count > 0 && owner < 0) touch(w, a, b);
     return WORLD_OK;
+}
+
+/* NULL where the scene does not say what the object is of. */
+static const pinch_material *material_of(const world *w, int object)
+{
+    return w->scene->objects[object].has_material ? &w->objects[object].material : NULL;
 }
 
 /* The first object is tested against everything. Tips that can be stopped are tested against the other tips and the
@@ -72,14 +81,14 @@ static world_status collide_fingers(world *w)
 {
     world_status status = WORLD_OK;
     for (int i = 0; i < w->geom_count && status == WORLD_OK; i++)
-        status = collide_two(w, w->objects[0].geom, w->geoms[i], w->categories[i], &w->materials[i]);
+        status = collide_two(w, w->objects[0].geom, w->geoms[i], w->categories[i], material_of(w, 0), &w->materials[i]);
     for (int i = 0; i < w->geom_count; i++) {
         if (w->categories[i] < 0 || w->hand_geoms[i].hand) continue;
         for (int k = 0; k < w->geom_count && status == WORLD_OK; k++) {
             bool both_tips = w->categories[k] >= 0;
             if (k == i || (both_tips && k < i) || w->hand_geoms[k].hand) continue;
             if (!can_be_stopped(w, i) && !(both_tips && can_be_stopped(w, k))) continue;
-            status = collide_two(w, w->geoms[i], w->geoms[k], -1, &w->materials[i]);
+            status = collide_two(w, w->geoms[i], w->geoms[k], -1, &w->materials[i], &w->materials[k]);
         }
     }
     return status;
@@ -93,10 +102,13 @@ static world_status collide_objects(world *w)
         for (int i = 0; i < w->geom_count && status == WORLD_OK; i++) {
             int first = w->categories[i];
             status = collide_two(w, w->objects[k].geom, w->geoms[i], w->hand_geoms[i].hand ? first + k : -1,
-                                 &w->materials[i]);
+                                 material_of(w, k), &w->materials[i]);
         }
-        for (int i = 0; i < k && status == WORLD_OK; i++)
-            status = collide_two(w, w->objects[i].geom, w->objects[k].geom, -1, &w->objects[k].material);
+        for (int i = 0; i < k && status == WORLD_OK; i++) {
+            const pinch_material *one = material_of(w, i), *other = material_of(w, k);
+            if (!one && !other) other = &w->objects[k].material;
+            status = collide_two(w, w->objects[i].geom, w->objects[k].geom, -1, one, other);
+        }
     }
     return status;
 }
@@ -136,7 +148,7 @@ static world_status collide_hands(world *w)
         if (!w->hand_geoms[i].hand) continue;
         for (int k = 0; k < w->geom_count && status == WORLD_OK; k++) {
             if (k == i || (w->hand_geoms[k].hand && k > i) || !may_collide(w, i, k)) continue;
-            status = collide_two(w, w->geoms[i], w->geoms[k], -1, &w->materials[i]);
+            status = collide_two(w, w->geoms[i], w->geoms[k], -1, &w->materials[i], &w->materials[k]);
         }
     }
     return status;

@@ -18,19 +18,20 @@ static pinch_ode_stats stats_of(const world *w)
     return w->plugin ? pinch_ode_statistics(w->plugin) : none;
 }
 
-static json_t *finger_document(const world_finger *finger)
+static json_t *finger_document(const world *w, const world_finger *finger)
 {
     const world_finger_state *s = &finger->state;
     const scene_finger *f = finger->finger;
-    return json_pack("{s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:i}", "name", f->name,
-                     "state", pinch_contact_state_text(s->state), "normal_force", json_number(s->normal_force),
+    return json_pack("{s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:i}", "name",
+                     f->name, "state", pinch_contact_state_text(s->state), "normal_force", json_number(s->normal_force),
                      "tangential_force", json_numbers(s->tangential_force, 3), "torsional_moment",
                      json_number(s->torsional_moment), "force", json_numbers(s->force, 3), "moment",
                      json_numbers(s->moment, 3), "point", json_numbers(s->point, 3), "normal_displacement",
-                     json_number(s->normal_force / f->stiffness.normal), "tangential_displacement",
+                     json_number(world_normal_displacement(w, finger)), "tangential_displacement",
                      json_numbers(s->elastic, 3), "slip", json_numbers(s->slip, 3), "slip_total",
-                     json_number(s->slip_total), "slip_margin", json_number(world_slip_margin(finger)),
-                     "peak_normal_force", json_number(s->peak_normal_force), "points", s->points);
+                     json_number(s->slip_total), "slip_margin", json_number(world_slip_margin(w, finger)),
+                     "least_margin", json_number(world_least_margin(w, finger)), "peak_normal_force",
+                     json_number(s->peak_normal_force), "points", s->points);
 }
 
 static json_t *finger_documents(const world *w)
@@ -39,7 +40,7 @@ static json_t *finger_documents(const world *w)
     for (int i = 0; i < w->finger_count; i++) {
         const world_finger *finger = &w->fingers[i];
         if (!world_finger_is_shown(finger)) continue;
-        json_t *document = finger_document(finger);
+        json_t *document = finger_document(w, finger);
         if (document && w->object_count > 1)
             json_object_set_new(document, "object", json_string(w->scene->objects[finger->object].name));
         if (json_array_append_new(list, document)) {

@@ -1,6 +1,8 @@
 /* Reads out what the fingers do at the end of a step. Also the hash of the state. */
 #include "world_hand.h"
 
+#include "common/vector.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +12,8 @@ static void start_reading(world *w)
     for (int i = 0; i < w->finger_count; i++) {
         world_finger_state *s = &w->fingers[i].state;
         s->points = 0;
-        s->normal_force = s->torsional_moment = 0;
+        s->normal_force = s->torsional_moment = s->stiffness = 0;
+        s->least_margin = NAN;
         memset(s->force, 0, sizeof s->force);
         memset(s->tangential_force, 0, sizeof s->tangential_force);
         memset(s->moment, 0, sizeof s->moment);
@@ -25,13 +28,15 @@ static void start_reading(world *w)
 /* The contribution of one contact point, as forces on the object. */
 typedef struct point_reading {
     double position[3], normal_force, force[3], tangential[3], torsion, normal[3];
-    double elastic[3], slip[3];
+    double elastic[3], slip[3], slip_twist;
+    double stiffness, friction_limit, torsion_limit; /* N/m, N, N m; 0: not known */
     bool slips, yields;
 } point_reading;
 
 /* Sums over a finger's loaded points that are not part of its state. */
 struct finger_sums {
     double position[3], slip[3];
+    double path; /* of the slips, see path_of */
     int slipping, yielding, all_points;
 };
 
@@ -48,6 +53,24 @@ static void add_wrench(dBodyID object, const point_reading *p, double *force, do
     }
 }
 
+/*
+ * The length of a point's slip, m. Turning about the normal by an angle counts as the angle times the ratio of the
+ * limits of moment and force (m): as far as friction loses the same energy. The sum is by Pythagoras, as the limits are
+ * an ellipse and the slip is normal to it.
+ */
+static double path_of(const point_reading *p)
+{
+    double lever = p->friction_limit > 0 ? p->torsion_limit / p->friction_limit : 0;
+    return hypot(scene_norm(p->slip), lever * p->slip_twist);
+}
+
+static double margin_of(const point_reading *p)
+{
+    if (!(p->friction_limit > 0)) return NAN;
+    double turning = p->torsion_limit > 0 ? p->torsion / p->torsion_limit : 0;
+    return 1 - hypot(scene_norm(p->tangential) / p->friction_limit, turning);
+}
+
 static void add_point(dBodyID object, world_finger_state *s, finger_sums *sums, const point_reading *p)
 {
     sums->all_points++;
@@ -58,6 +81,9 @@ static void add_point(dBodyID object, world_finger_state *s, finger_sums *sums, 
     sums->yielding += p->yields;
     s->normal_force += p->normal_force;
     s->torsional_moment += p->torsion;
+    s->stiffness += p->stiffness;
+    s->least_margin = fmin(s->least_margin, margin_of(p)); /* fmin takes the number of a number and NaN */
+    sums->path += p->normal_force * path_of(p);
     add_wrench(object, p, s->force, s->moment);
     for (int i = 0; i < 3; i++) {
         s->tangential_force[i] += p->tangential[i];
@@ -78,14 +104,11 @@ static void finish_reading(world_finger_state *s, const finger_sums *sums)
     s->state = sums->yielding == s->points   ? PINCH_CONTACT_YIELD
                : sums->slipping == s->points ? PINCH_CONTACT_SLIP
                                              : PINCH_CONTACT_STICK;
-    double path2 = 0;
     for (int i = 0; i < 3; i++) {
-        double slip = sums->slip[i] / s->normal_force;
         s->point[i] = sums->position[i] / s->normal_force;
-        s->slip[i] += slip;
-        path2 += slip * slip;
+        s->slip[i] += sums->slip[i] / s->normal_force;
     }
-    s->slip_total += sqrt(path2);
+    s->slip_total += sums->path / s->normal_force;
     s->peak_normal_force = fmax(s->peak_normal_force, s->normal_force);
 }
 
@@ -162,6 +185,10 @@ static void read_pinch(world *w, finger_sums *sums)
             p.elastic[i] = c->elastic[i];
             p.slip[i] = c->slip[i];
         }
+        p.slip_twist = c->slip_twist;
+        p.stiffness = c->stiffness[0];
+        p.friction_limit = c->friction_limit;
+        p.torsion_limit = c->torsion_limit;
         p.slips = c->state == PINCH_CONTACT_SLIP;
         p.yields = c->state == PINCH_CONTACT_YIELD;
         add_to_pair(w, sums, c->geom1, c->geom2, &p);
@@ -193,6 +220,7 @@ static void read_ode(world *w, finger_sums *sums)
             p.tangential[i] = p.force[i] - p.normal_force * p.normal[i];
             p.slip[i] -= approach * p.normal[i];
         }
+        p.friction_limit = c->contact.surface.mu * fmax(p.normal_force, 0);
         p.slips = p.slip[0] != 0 || p.slip[1] != 0 || p.slip[2] != 0;
         add_to_pair(w, sums, g->g1, g->g2, &p);
     }
@@ -237,15 +265,43 @@ void world_contact_wrench(const world *w, int object, double force[3], double mo
     }
 }
 
-double world_slip_margin(const world_finger *finger)
+/* NULL where the scene does not say what the object is of. */
+static const pinch_material *material_of_object(const world *w, const world_finger *finger)
+{
+    return w->scene->objects[finger->object].has_material ? &w->objects[finger->object].material : NULL;
+}
+
+double world_friction(const world *w, const world_finger *finger)
+{
+    const pinch_material *object = material_of_object(w, finger);
+    double own = finger->finger->friction.static_;
+    return object ? fmin(own, object->friction) : own;
+}
+
+double world_slip_margin(const world *w, const world_finger *finger)
 {
     const world_finger_state *s = &finger->state;
-    const scene_finger *f = finger->finger;
-    const double *t = s->tangential_force;
-    if (!(s->normal_force > 0) || !(f->friction.static_ > 0)) return NAN;
-    double reach = sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]) / f->friction.static_;
-    if (f->torsional_friction > 0) reach = hypot(reach, s->torsional_moment / f->torsional_friction);
+    double friction = world_friction(w, finger), torsional = finger->finger->torsional_friction;
+    if (!(s->normal_force > 0) || !(friction > 0)) return NAN;
+    double reach = scene_norm(s->tangential_force) / friction;
+    if (torsional > 0) reach = hypot(reach, s->torsional_moment / torsional);
     return 1 - reach / s->normal_force;
+}
+
+double world_least_margin(const world *w, const world_finger *finger)
+{
+    double least = finger->state.least_margin;
+    return isnan(least) ? world_slip_margin(w, finger) : least;
+}
+
+double world_normal_displacement(const world *w, const world_finger *finger)
+{
+    const world_finger_state *s = &finger->state;
+    const pinch_material *object = material_of_object(w, finger);
+    if (!(finger->finger->stiffness.hertz > 0) || !(s->stiffness > 0))
+        return s->normal_force / finger->finger->stiffness.normal;
+    double both = s->normal_force / s->stiffness; /* in series */
+    return object ? both - s->normal_force / object->stiffness[0] : both;
 }
 
 double world_us_a_step(const world *w, double seconds)

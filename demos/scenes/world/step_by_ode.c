@@ -18,13 +18,26 @@ bool world_contact_room(world *w, int count)
     return true;
 }
 
+static double in_series(double a, double b)
+{
+    return a + b > 0 ? a * b / (a + b) : 0;
+}
+
+static double friction_of(const pinch_material *m)
+{
+    return m->model == PINCH_CONTACT_FRICTIONLESS ? 0 : m->friction;
+}
+
+/* Two materials are in series, as Pinch has them. */
 void world_set_surface(const world *w, world_contact *c)
 {
-    const pinch_material *m = c->material;
-    double h = w->scene->step, g = (h * m->stiffness[0] + m->damping[0]) / c->sharing;
+    const pinch_material *m = c->material, *other = c->other;
+    double stiffness = other ? in_series(m->stiffness[0], other->stiffness[0]) : m->stiffness[0];
+    double damping = other ? in_series(m->damping[0], other->damping[0]) : m->damping[0];
+    double h = w->scene->step, g = (h * stiffness + damping) / c->sharing;
     c->contact.surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1;
-    c->contact.surface.mu = m->model == PINCH_CONTACT_FRICTIONLESS ? 0 : m->friction;
-    c->contact.surface.soft_erp = h * m->stiffness[0] / (h * m->stiffness[0] + m->damping[0]);
+    c->contact.surface.mu = other ? fmin(friction_of(m), friction_of(other)) : friction_of(m);
+    c->contact.surface.soft_erp = h * stiffness / (h * stiffness + damping);
     c->contact.surface.soft_cfm = 1 / g;
 }
 

@@ -65,7 +65,9 @@ typedef struct world_finger_state {
     double point[3];            /* m, force-weighted mean of the contact points; the last one while open */
     double elastic[3];          /* m, of the object against the tip */
     double slip[3];             /* m, sum of slip increments since touch-down */
-    double slip_total;          /* m, path length of the slip over the run */
+    double slip_total;          /* m, path length of the slip over the run, see readout.c */
+    double least_margin;        /* of its points, see world_least_margin */
+    double stiffness;           /* N/m along the normal, of its points together; 0 where they do not tell */
     double peak_normal_force;   /* N */
 } world_finger_state;
 
@@ -88,9 +90,9 @@ typedef struct world_finger {
 typedef struct world_contact {
     dContact contact;
     dBodyID body[2];
-    int owner;   /* the finger that touches the object here, -1: any other pair */
-    int sharing; /* points of the same pair in this step */
-    const pinch_material *material;
+    int owner;                              /* the finger that touches the object here, -1: any other pair */
+    int sharing;                            /* points of the same pair in this step */
+    const pinch_material *material, *other; /* of its geoms; `other` is NULL where one alone has any */
     dJointFeedback feedback;
 } world_contact;
 
@@ -196,9 +198,21 @@ pinch_solve_status world_solve_status(const world *w);
 /* A link that has not touched its object in this run is not shown. */
 bool world_finger_is_shown(const world_finger *finger);
 
-/* The part of its friction that a finger has left: 1 - |r_t| / (mu r_n), with the torsional part. NAN where undefined.
+/* The smaller of the finger's coefficients of friction and those of its object, if it has any. */
+double world_friction(const world *w, const world_finger *finger);
+
+/* The part of its friction that a finger has left: 1 - |r_t| / (mu r_n), with the torsional part, of its forces added
+ * up and the static coefficient. NAN where undefined. */
+double world_slip_margin(const world *w, const world_finger *finger);
+
+/* The same of the point that is nearest to slipping, whose limit is that of kinetic friction while it slips. A pad
+ * whose points slip round about its middle has none left, though their forces add up to nothing. NAN where undefined.
  */
-double world_slip_margin(const world_finger *finger);
+double world_least_margin(const world *w, const world_finger *finger);
+
+/* How far the normal force (>= 0) has pressed the finger in, m: r_n / k_n with the finger's own stiffness, which
+ * follows the depth under Hertz' law. */
+double world_normal_displacement(const world *w, const world_finger *finger);
 
 /* "pinch", "quickstep", "worldstep" */
 const char *world_solver_name(world_solver solver);

@@ -42,8 +42,10 @@ typedef struct pinch_material {
                                 * 1985). In each step kn is the secant F/delta at the depth it starts from, so that the
                                 * step's law stays linear and rest is exactly Hertz'; the tangential stiffness keeps its
                                 * ratio to kn. Of two such tips the compliances add (1/E*). stiffness[0] holds where the
-                                * law does not: lines, faces, edges, geoms of unknown curvature. From step to step kn
-                                * changes, and the energy stored with it: the ledger does not close for such tips. */
+                                * law does not: lines, faces, edges, geoms of unknown curvature. The energy stored along
+                                * the normal is Hertz', 2/5 F delta at rest. The tangential stiffness changes with kn
+                                * from step to step, and the energy of a shear with it, which no term of
+                                * pinch_ode_energy has */
     double facet_axis[3];      /* in the geom's frame: facet 0 of a linearized cone points along its part in the tangent
                                 * plane; all zero (default): any direction */
 } pinch_material;
@@ -143,7 +145,8 @@ PINCH_API void pinch_ode_destroy(pinch_ode *plugin);
 
 /*
  * Gives `geom` the material of a fingertip; NULL takes it away. Where two geoms with materials touch, their compliances
- * act in series and the smaller friction counts. May change from step to step; contact histories go on.
+ * act in series and the smaller friction counts. The pair is soft where one of them is, and has the torsional values of
+ * that one; it is frictionless where one of them is. May change from step to step; contact histories go on.
  */
 PINCH_API pinch_status pinch_ode_set_material(pinch_ode *plugin, dGeomID geom, const pinch_material *material);
 
