@@ -1,6 +1,7 @@
 #include "contacts/near_pairs.h"
 
 #include "util/box_tree.h"
+#include "util/prefetch.h"
 
 #include <math.h>
 #include <stdatomic.h>
@@ -9,6 +10,7 @@
 /* A reach goes beyond its box by a part of the box's shortest side, and by some steps of what its sides have moved. */
 static const double BEYOND = 0.1, AHEAD = 8;
 enum { MOST_SPACES = 8, GRAIN = 256 /* geoms that a thread takes at a time */ };
+enum { AHEAD_IN_LIST = 8, GEOM_BYTES = 192 /* of ODE's, what is read in each step */ };
 
 /* What is kept of a geom. One that is destroyed is known by its address alone until the next call. */
 typedef struct near_geom {
@@ -140,7 +142,9 @@ static bool list_geoms(pinch_near_space *s)
     bool same = count == s->listed.count;
     if (!PINCH_RESERVE(s->listed, count)) return false;
     s->listed.count = count;
-    for (int k = 0; k < count; k++) { /* ODE steps on from the one asked for before */
+    for (int k = 0; k < count; k++) { /* ODE steps on from the one asked for before, by a pointer in it */
+        int ahead = count - 1 - k - AHEAD_IN_LIST;
+        if (same && ahead >= 0) pinch_prefetch(s->listed.items[ahead], GEOM_BYTES);
         dGeomID geom = dSpaceGetGeom(s->space, k), *place = &s->listed.items[count - 1 - k];
         same = same && *place == geom;
         *place = geom;
