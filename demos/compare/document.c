@@ -9,6 +9,7 @@
 #include "common/output.h"
 #include "common/vector.h"
 #include "scenes/shape/shape.h"
+#include "scenes/world/world_hand.h"
 #include "view/page.h"
 #include "view/thumbnail.h"
 
@@ -44,15 +45,24 @@ static json_t *metrics_document(const solver_run *c)
     return document;
 }
 
+/* What happened, and to whom: a finger, a joint of a hand, or an object where there are several. */
+static json_t *event_document(const world *w, const simulation_event *e)
+{
+    json_t *finger = e->finger >= 0 ? json_string(w->fingers[e->finger].finger->name) : json_null();
+    json_t *event = json_pack("{s:o, s:o, s:s}", "time", json_number(e->time), "finger", finger, "type",
+                              simulation_event_name(e->type));
+    if (event && e->type == EVENT_LIMIT)
+        (void)json_object_set_new(event, "joint", json_string(w->hands[e->hand].joints[e->joint].name));
+    if (event && e->type == EVENT_DROPPED && w->object_count > 1)
+        (void)json_object_set_new(event, "object", json_string(w->scene->objects[e->object].name));
+    return event;
+}
+
 static json_t *event_documents(const solver_run *c)
 {
     json_t *list = json_array();
-    for (int i = 0; i < c->result.event_count; i++) {
-        const simulation_event *e = &c->result.events[i];
-        json_t *finger = e->finger >= 0 ? json_string(c->w->fingers[e->finger].finger->name) : json_null();
-        (void)json_array_append_new(list, json_pack("{s:o, s:o, s:s}", "time", json_number(e->time), "finger", finger,
-                                                    "type", simulation_event_name(e->type)));
-    }
+    for (int i = 0; i < c->result.event_count; i++)
+        (void)json_array_append_new(list, event_document(c->w, &c->result.events[i]));
     return list;
 }
 
