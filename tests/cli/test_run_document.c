@@ -316,12 +316,57 @@ static void test_full_standard_output(void **state)
     }
 }
 
+/* A tendon over two joints whose ranges, and so their middles, are not about zero. */
+static const char tendon_hand[] =
+    "<mujoco model='h'><worldbody><body name='palm'><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
+    "<body name='a' pos='0 0 0.1'><joint name='a' axis='0 1 0' range='-60 90'/>"
+    "<inertial pos='0 0 0.1' mass='0.1' diaginertia='1e-3 1e-3 1e-3'/></body>"
+    "<body name='b' pos='0 0.1 0.1'><joint name='b' axis='0 1 0' range='-60 90'/>"
+    "<inertial pos='0 0 0.1' mass='0.1' diaginertia='1e-3 1e-3 1e-3'/></body></body></worldbody>"
+    "<tendon><fixed name='t'><joint joint='a' coef='1'/><joint joint='b' coef='1'/></fixed></tendon></mujoco>";
+
+/* The target that the run's document gives for the tendon under this control. */
+static double tendon_target(const char *folder, const char *control, const char *solver)
+{
+    char text[1024];
+    snprintf(text, sizeof text,
+             "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"sphere\", \"radius\": 0.02}, "
+             "\"mass\": 0.1, \"position\": [0, 0, -1]}, \"hand\": {\"file\": \"h.xml\", \"control\": {\"t\": %s}}}",
+             control);
+    free(program_write_file(folder, "scene.json", text));
+    program_result r = PINCH(folder, "run", "scene.json", "--json", "--duration", "0.01", "--contact-solver", solver);
+    json_t *d = cli_document(&r);
+    const json_t *tie = json_array_get(json_object_get(d, "ties"), 0), *target = json_object_get(tie, "target");
+    assert_string_equal(json_string_value(json_object_get(tie, "type")), "drive");
+    double value = json_is_null(target) ? NAN : json_number_value(target);
+    json_decref(d);
+    program_free(&r);
+    return value;
+}
+
+/* Only position control pulls to a place; where the tendon begins is none. */
+static void test_target_of_a_tendon(void **state)
+{
+    (void)state;
+    static const char *const solvers[] = {"pinch", "quickstep"};
+    char *folder = program_make_folder();
+    free(program_write_file(folder, "h.xml", tendon_hand));
+    for (size_t i = 0; i < 2; i++) {
+        assert_true(isnan(tendon_target(folder, "{\"type\": \"torque\", \"target\": 0.6}", solvers[i])));
+        assert_true(isnan(tendon_target(folder, "{\"type\": \"velocity\", \"kd\": 1, \"target\": 0.6}", solvers[i])));
+        assert_true(tendon_target(folder, "{\"type\": \"position\", \"kp\": 1, \"kd\": 1, \"target\": 0.6}",
+                                  solvers[i]) == 0.6);
+    }
+    program_remove_folder(folder);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_json_is_complete),           cmocka_unit_test(test_csv),
         cmocka_unit_test(test_joints_of_two_hands),        cmocka_unit_test(test_odd_facets),
         cmocka_unit_test(test_csv_that_cannot_be_written), cmocka_unit_test(test_full_standard_output),
+        cmocka_unit_test(test_target_of_a_tendon),
     };
     return cmocka_run_group_tests_name("what pinch run writes", tests, NULL, NULL);
 }

@@ -39,6 +39,15 @@ json_t *world_joint_documents(const world *w)
     return list;
 }
 
+/* The place that a tie pulls to, rad or m. NAN where there is none: a drive by torque or by speed, a damper without a
+ * spring, and dry friction, which has its place with Pinch alone. */
+static double place_of(const world *w, const world_tie *t)
+{
+    if (t->control) return t->control->type == SCENE_POSITION_CONTROL ? scene_target_at(t->control, w->time) : NAN;
+    bool pulls = t->law.kp > 0 && (w->plugin || !t->is_friction);
+    return pulls ? t->law.target + t->offset : NAN;
+}
+
 /* What drives or ties several joints at once. */
 json_t *world_tie_documents(const world *w)
 {
@@ -47,19 +56,20 @@ json_t *world_tie_documents(const world *w)
         for (int i = 0; i < w->hands[k].tie_count; i++) {
             const world_tie *t = &w->hands[k].ties[i];
             const hand *model = w->hands[k].hand->model;
-            double x = 0, hold = t->law.target + t->offset;
+            double x = 0;
             for (int j = 0; j < t->terms; j++) x += t->factor[j] * w->hands[k].joints[t->joint[j]].position;
             bool rigid = t->tendon < 0;
             char *name = world_name_of_hand(
                 w, &w->hands[k], rigid ? w->hands[k].joints[t->joint[0]].of->name : model->tendons[t->tendon].name);
-            (void)json_array_append_new(list, json_pack("{s:s?, s:s, s:o, s:o, s:o, s:b}", "name", name, "type",
-                                                        rigid                ? "mimic"
-                                                        : t->control != NULL ? "drive"
-                                                        : t->is_friction     ? "friction"
-                                                                             : "spring",
-                                                        "position", json_number(x), "target", json_number(hold),
-                                                        "force", json_number(w->plugin ? t->force : NAN), "saturated",
-                                                        t->control && fabs(t->force) >= t->control->max_force));
+            (void)json_array_append_new(list,
+                                        json_pack("{s:s?, s:s, s:o, s:o, s:o, s:b}", "name", name, "type",
+                                                  rigid                ? "mimic"
+                                                  : t->control != NULL ? "drive"
+                                                  : t->is_friction     ? "friction"
+                                                                       : "spring",
+                                                  "position", json_number(x), "target", json_number(place_of(w, t)),
+                                                  "force", json_number(w->plugin ? t->force : NAN), "saturated",
+                                                  t->control && fabs(t->force) >= t->control->max_force));
             free(name);
         }
     }
