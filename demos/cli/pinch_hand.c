@@ -42,28 +42,82 @@ static command_status read_packages(char *text, hand_package *packages, size_t *
     return COMMAND_DONE;
 }
 
+/* ---- The positions of --at: what a scene's `joints` may have, and nothing else. ---- */
+
+static const double ROUNDING = 1e-9; /* rad or m, as in scenes */
+
+static command_status read_position(const hand *h, const char *name, const char *value, bool *given, double *positions)
+{
+    int joint = hand_find_joint(h, name);
+    char *end;
+    if (joint < 0) {
+        terminal_print(stderr, "pinch hand: --at: expected the name of a joint, not \"%s\"; there are", name);
+        for (size_t i = 0; i < h->joint_count; i++) terminal_print(stderr, " %s", h->joints[i].name);
+        fputc('\n', stderr);
+        return COMMAND_BAD_INPUT;
+    }
+    if (given[joint]) {
+        command_error("hand", "--at: expected each joint once, got %s twice", name);
+        return COMMAND_BAD_INPUT;
+    }
+    positions[joint] = strtod(value, &end);
+    if (end == value || *end || !isfinite(positions[joint])) {
+        command_error("hand", "--at: expected a position (rad or m) for %s, not \"%s\"", name, value);
+        return COMMAND_BAD_INPUT;
+    }
+    given[joint] = true;
+    return COMMAND_DONE;
+}
+
 /* --at JOINT=POSITION,... */
 static command_status read_positions(const hand *h, char *text, bool *given, double *positions)
 {
-    while (*text) {
-        char *value, *end, *name = next_pair(&text, &value);
-        int joint = name ? hand_find_joint(h, name) : -1;
+    command_status status = COMMAND_DONE;
+    while (*text && status == COMMAND_DONE) {
+        char *value, *name = next_pair(&text, &value);
         if (!name) {
             command_error("hand", "--at: expected JOINT=POSITION, with commas between several");
             return COMMAND_BAD_INPUT;
         }
-        if (joint < 0) {
-            terminal_print(stderr, "pinch hand: --at: expected the name of a joint, not \"%s\"; there are", name);
-            for (size_t i = 0; i < h->joint_count; i++) terminal_print(stderr, " %s", h->joints[i].name);
-            fputc('\n', stderr);
-            return COMMAND_BAD_INPUT;
-        }
-        positions[joint] = strtod(value, &end);
-        if (end == value || *end || !isfinite(positions[joint])) {
-            command_error("hand", "--at: expected a position (rad or m) for %s, not \"%s\"", name, value);
-            return COMMAND_BAD_INPUT;
-        }
-        given[joint] = true;
+        status = read_position(h, name, value, given, positions);
+    }
+    return status;
+}
+
+/* Is the joint where --at has it, by itself or by those that it follows? */
+static bool is_placed(const hand *h, const bool *given, int joint)
+{
+    while (joint >= 0 && !given[joint]) {
+        int coupling = h->joints[joint].coupling;
+        joint = coupling < 0 ? -1 : h->couplings[coupling].of;
+    }
+    return joint >= 0;
+}
+
+/* The positions, with those that follow, within the limits of the joints. */
+static command_status check_limits(const hand *h, const bool *given, const double *positions)
+{
+    for (size_t i = 0; i < h->joint_count; i++) {
+        const hand_joint *j = &h->joints[i];
+        bool fits = positions[i] >= j->lower - ROUNDING && positions[i] <= j->upper + ROUNDING;
+        if (!j->limited || fits || !is_placed(h, given, (int)i)) continue;
+        command_error("hand", "--at: expected a position of %s from %g to %g, got %.10g", j->name, j->lower, j->upper,
+                      positions[i]);
+        return COMMAND_BAD_INPUT;
+    }
+    return COMMAND_DONE;
+}
+
+/* A joint that follows another one may be given, too, but not elsewhere. */
+static command_status check_couplings(const hand *h, const bool *given, const double *positions)
+{
+    for (size_t k = 0; k < h->coupling_count; k++) {
+        const hand_coupling *c = &h->couplings[k];
+        double position = c->offset + (c->of < 0 ? 0 : c->multiplier * positions[c->of]);
+        if (!given[c->joint] || fabs(position - positions[c->joint]) <= ROUNDING) continue;
+        command_error("hand", "--at: expected %s at %.10g, where %s takes it, got %.10g", h->joints[c->joint].name,
+                      position, c->of < 0 ? "its coupling" : h->joints[c->of].name, positions[c->joint]);
+        return COMMAND_BAD_INPUT;
     }
     return COMMAND_DONE;
 }
@@ -86,6 +140,8 @@ static command_status place(const options *o, const hand *h, configuration *c)
     for (size_t i = 0; i < h->joint_count; i++) c->positions[i] = h->joints[i].reference;
     command_status status = read_positions(h, c->text, c->given, c->positions);
     hand_follow_couplings(h, c->given, c->positions);
+    if (status == COMMAND_DONE) status = check_limits(h, c->given, c->positions);
+    if (status == COMMAND_DONE) status = check_couplings(h, c->given, c->positions);
     hand_kinematics(h, c->positions, c->poses);
     return status;
 }
@@ -157,6 +213,17 @@ static command_status write_picture(const char *path, const scene *s)
     return status;
 }
 
+/* The scene of the picture is of this command's making: its file, lines and keys say nothing to anybody. */
+static void tell_why(const options *o, const scene_error *error)
+{
+    const char *expected = strstr(error->text, "expected "), *joints = strstr(error->text, "hand.joints");
+    bool at = o->at && joints && expected && joints < expected;
+    if (expected)
+        command_error("hand", "%s: %s", at ? "--at" : o->arguments[0], expected);
+    else
+        command_error("hand", "%s", error->text);
+}
+
 /* The hand as it is listed, joints at --at, as a glTF file. */
 static command_status draw(const options *o, const hand *h, const configuration *c, const hand_package *packages,
                            size_t package_count)
@@ -177,7 +244,7 @@ static command_status draw(const options *o, const hand *h, const configuration 
         return COMMAND_BAD_INPUT;
     }
     if (loaded != SCENE_OK) {
-        terminal_print(stderr, "pinch hand: %s\n", error.text);
+        tell_why(o, &error);
         return loaded == SCENE_NO_MEMORY ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
     }
     dInitODE2(0);

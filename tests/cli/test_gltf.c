@@ -454,7 +454,7 @@ static void test_posture(void **state)
     program_result r = PINCH(folder, "hand", PINCH_SOURCE_DIR "/assets/hands/three-finger.urdf", "--gltf", "no.glb",
                              "--at", "f1_pip=99");
     assert_int_equal(r.status, 2);
-    assert_non_null(strstr(r.err, "--at:1: hand.joints.f1_pip: expected a position of f1_pip from"));
+    assert_non_null(strstr(r.err, "pinch hand: --at: expected a position of f1_pip from"));
     program_free(&r);
     assert_null(fopen(path_of("no.glb"), "r"));
 }

@@ -157,13 +157,45 @@ static void positions_are_taken(void **state)
     assert_close(json_number_value(cli_at(d, "kinematics.joints.right_finger_slide")), 0.03, 0);
     json_decref(d);
     program_free(&r);
-    r = PINCH(NULL, "hand", HAND("parallel-gripper.urdf"), "--at", "left_finger_slide=0.03,right_finger_slide=0");
+    r = PINCH(NULL, "hand", HAND("parallel-gripper.urdf"), "--at", "left_finger_slide=0.03,right_finger_slide=0.03");
     assert_int_equal(r.status, 0);
     assert_non_null(strstr(r.out, "left_finger "));
     assert_non_null(strstr(r.out, "0.030000000"));
     assert_non_null(strstr(r.out, "coupling: right_finger_slide"));
     assert_non_null(strstr(r.out, "tips: left_pad, right_pad"));
     program_free(&r);
+}
+
+/* What --at draws a scene must be able to begin with. */
+static void positions_are_checked(void **state)
+{
+    (void)state;
+    static const char *const at[][2] = {
+        {"left_finger_slide=9", "--at: expected a position of left_finger_slide from 0 to 0.04, got 9"},
+        {"left_finger_slide=-1e-6", "--at: expected a position of left_finger_slide from"},
+        {"left_finger_slide=0.01,right_finger_slide=0.02",
+         "--at: expected right_finger_slide at 0.01, where left_finger_slide takes it, got 0.02"},
+        {"right_finger_slide=0.02", "--at: expected right_finger_slide at 0, where left_finger_slide takes it"}};
+    for (size_t i = 0; i < sizeof at / sizeof *at; i++)
+        cli_refused(PINCH(NULL, "hand", HAND("parallel-gripper.urdf"), "--at", at[i][0]), 2, at[i][1]);
+    /* a follower leaves its limits before the one that it follows does */
+    char *folder = program_make_folder();
+    free(program_write_file(
+        folder, "h.urdf",
+        "<robot name='h'><link name='a'/><link name='b'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1' "
+        "ixy='0' ixz='0' iyz='0'/></inertial></link><link name='c'><inertial><mass value='1'/><inertia ixx='1' iyy='1' "
+        "izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='j' type='revolute'><parent link='a'/><child "
+        "link='b'/><axis xyz='0 0 1'/><limit lower='0' upper='2' effort='1' velocity='1'/></joint><joint name='k' "
+        "type='revolute'><parent link='a'/><child link='c'/><axis xyz='0 0 1'/><limit lower='0' upper='2' effort='1' "
+        "velocity='1'/><mimic joint='j' multiplier='2'/></joint></robot>"));
+    cli_refused(PINCH(folder, "hand", "h.urdf", "--at", "j=1.5"), 2,
+                "--at: expected a position of k from 0 to 2, got 3");
+    cli_refused(PINCH(folder, "hand", "h.urdf", "--at", "j=1.5", "--gltf", "h.glb"), 2,
+                "--at: expected a position of k");
+    program_result r = PINCH(folder, "hand", "h.urdf", "--at", "k=1,j=0.5", "--gltf", "h.glb");
+    assert_int_equal(r.status, 0);
+    program_free(&r);
+    program_remove_folder(folder);
 }
 
 static void wrong_calls_are_refused(void **state)
@@ -177,6 +209,8 @@ static void wrong_calls_are_refused(void **state)
     cli_refused(PINCH(NULL, "hand", HAND("shadow-like.xml"), "--at", "WRJ1"), 2, "expected JOINT=POSITION");
     cli_refused(PINCH(NULL, "hand", HAND("shadow-like.xml"), "--at", "X=1"), 2, "not \"X\"; there are WRJ2 WRJ1");
     cli_refused(PINCH(NULL, "hand", HAND("shadow-like.xml"), "--at", "WRJ1=1x"), 2, "expected a position");
+    cli_refused(PINCH(NULL, "hand", HAND("shadow-like.xml"), "--at", "WRJ1=0,WRJ1=0.1"), 2,
+                "--at: expected each joint once, got WRJ1 twice");
     cli_refused(PINCH(NULL, "hand", HAND("shadow-like.xml"), "--package", "a"), 2, "expected NAME=DIRECTORY");
     char *folder = program_make_folder();
     free(program_write_file(folder, "h.urdf", "<robot>\n<link name=\"a\"/>\n<link name=\"b\"/>\n</robot>"));
@@ -228,6 +262,7 @@ int main(void)
         cmocka_unit_test(the_document_is_the_hand),
         cmocka_unit_test(zero_bytes),
         cmocka_unit_test(positions_are_taken),
+        cmocka_unit_test(positions_are_checked),
         cmocka_unit_test(wrong_calls_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
