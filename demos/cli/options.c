@@ -104,8 +104,9 @@ static const option_row table[OPTION_COUNT] = {
          "leave out the searches for the least friction and closing, the largest load, and the quality"},
     [OPTION_DIRECTIONS] = {"directions", VALUE_FLAG, OPTION_FIELD(directions), NULL,
                            "find the reserves for the same force along each axis, too"},
-    [OPTION_FAIL_ON] = {"fail-on", VALUE_EVENTS, OPTION_FIELD(fail_on), "EVENT,...",
-                        "exit status 1 where one of these happened: crush, slip, dropped, limit"},
+    [OPTION_FAIL_ON] =
+        {"fail-on", VALUE_EVENTS, OPTION_FIELD(fail_on), "EVENT,...",
+         "exit status 1 where one of these happened: crush, slip (of fingers that have damage), dropped, limit"},
     [OPTION_BUDGET] =
         {"budget", VALUE_POSITIVE, OPTION_FIELD(budget), "S",
          "seconds of measuring by size, or row of paper (default 1; piles 2, threads 4; collide: in all)"},

@@ -8,6 +8,7 @@
 #include "common/terminal.h"
 #include "common/vector.h"
 #include "common/whole_file.h"
+#include "hands/hand.h"
 #include "scenes/world/simulation.h"
 #include "scenes/world/world_hand.h"
 #include "view/gltf.h"
@@ -377,6 +378,34 @@ command_status command_run_scene(const options *o, const scene *s)
     return status;
 }
 
+/* What a scene must have so that an event can happen at all. NULL: it can. */
+static const char *lacks(const scene *s, simulation_event_type type)
+{
+    bool force = false, slip = false, limits = false;
+    for (size_t i = 0; i < s->finger_count; i++) {
+        force = force || isfinite(s->fingers[i].damage_max_force);
+        slip = slip || isfinite(s->fingers[i].damage_max_slip);
+    }
+    for (size_t k = 0; k < s->hand_count; k++)
+        for (size_t i = 0; i < s->hands[k].model->joint_count; i++)
+            limits = limits || s->hands[k].model->joints[i].limited;
+    if (type == EVENT_CRUSH && !force) return "no finger has damage.max_force";
+    if (type == EVENT_SLIP && !slip) return "no finger has damage.max_slip";
+    if (type == EVENT_LIMIT && !limits) return "there is no hand with a limited joint";
+    return NULL;
+}
+
+/* Who waits for an event that never comes takes every run for a good one. */
+static void remark_events_that_never_happen(const options *o, const scene *s)
+{
+    for (int i = 0; i < EVENT_COUNT; i++) {
+        const char *why = lacks(s, (simulation_event_type)i);
+        if (o->fail_on & 1u << i && why)
+            command_error("run", "%s: --fail-on %s: %s, so that this never happens", s->file,
+                          simulation_event_name((simulation_event_type)i), why);
+    }
+}
+
 /* ODE's own solvers have no settings here. */
 static command_status check_foreign(const options *o)
 {
@@ -391,6 +420,7 @@ static command_status run_run(const options *o)
     command_status status = command_load_scene(o, o->arguments[0], &s);
     if (status != COMMAND_DONE) return status;
     status = o->contact_solver == WORLD_PINCH ? command_check_run("run", s) : check_foreign(o);
+    if (status == COMMAND_DONE && !o->quiet) remark_events_that_never_happen(o, s);
     if (status == COMMAND_DONE) status = command_run_scene(o, s);
     scene_free(s);
     return status;

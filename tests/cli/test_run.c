@@ -272,12 +272,24 @@ static void test_events(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         r = PINCH(folder, "run", "drop.json", "--json", "--fail-on", cases[i].events, "--duration", cases[i].duration);
         assert_int_equal(r.status, cases[i].status);
+        /* the scene's fingers have a damage by force alone */
+        bool slip = strstr(cases[i].events, "slip") != NULL;
+        assert_true(slip == (strstr(r.err, "drop.json: --fail-on slip: no finger has damage.max_slip") != NULL));
+        assert_null(strstr(r.err, "--fail-on crush"));
         d = cli_document(&r);
         assert_string_equal(json_string_value(json_object_get(d, "outcome")), cases[i].outcome);
         json_decref(d);
         program_free(&r);
     }
-    r = PINCH(folder, "run", "drop.json", "--duration", "0.01");
+    r = PINCH(folder, "run", "drop.json", "--duration", "0.01", "--fail-on", "limit", "--quiet");
+    assert_string_equal(r.err, "");
+    program_free(&r);
+    r = PINCH(NULL, "run", SCENE("hands/parallel-gripper-lift.json"), "--duration", "0.01", "--fail-on", "limit,crush");
+    assert_null(strstr(r.err, "--fail-on limit"));
+    assert_non_null(strstr(r.err, "--fail-on crush: no finger has damage.max_force"));
+    program_free(&r);
+    r = PINCH(folder, "run", "drop.json", "--duration", "0.01", "--fail-on", "limit");
+    assert_non_null(strstr(r.err, "--fail-on limit: there is no hand with a limited joint, so that"));
     assert_non_null(strstr(r.out, "outcome: crushed"));
     program_free(&r);
     cli_refused(PINCH(folder, "run", "drop.json", "--fail-on", "crush,smash"), 2, "crush, slip, dropped or limit");
