@@ -234,6 +234,25 @@ static void test_events_of_every_type(void **state)
     program_remove_folder(folder);
 }
 
+/* The key `scene` is the file as it was given, but the scene's own name in pinch solve; and so say the schemas. */
+static void test_what_scene_is(void **state)
+{
+    (void)state;
+    static const char *const commands[] = {"run", "solve", "validate"};
+    char *folder = program_make_folder(), *file = program_write_file(folder, "file.json", unlucky_grasp);
+    for (size_t i = 0; i < sizeof commands / sizeof *commands; i++) {
+        json_t *schema = schema_of(commands[i]), *d = DOCUMENT(commands[i], commands[i], file);
+        bool of_solve = strcmp(commands[i], "solve") == 0;
+        assert_string_equal(json_string_value(json_object_get(d, "scene")), of_solve ? "file" : file);
+        const json_t *about = cli_at(schema, i < 2 ? "properties.scene.description" : "$defs.scene.description");
+        assert_non_null(strstr(json_string_value(about), of_solve ? "name" : "the file, as it was given"));
+        json_decref(d);
+        json_decref(schema);
+    }
+    free(file);
+    program_remove_folder(folder);
+}
+
 /* Where a command has learnt to print JSON, its document is to have a schema, and this file a test. */
 static void test_every_command_is_here(void **state)
 {
@@ -257,19 +276,13 @@ static void test_every_command_is_here(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_run),
-        cmocka_unit_test(test_solve),
-        cmocka_unit_test(test_lcp),
-        cmocka_unit_test(test_bench),
-        cmocka_unit_test(test_stats),
-        cmocka_unit_test(test_hand),
-        cmocka_unit_test(test_odd_hand),
-        cmocka_unit_test(test_replay),
-        cmocka_unit_test(test_study),
-        cmocka_unit_test(test_validate),
-        cmocka_unit_test(test_compare),
-        cmocka_unit_test(test_events_of_every_type),
-        cmocka_unit_test(test_every_command_is_here),
+        cmocka_unit_test(test_run),           cmocka_unit_test(test_solve),
+        cmocka_unit_test(test_lcp),           cmocka_unit_test(test_bench),
+        cmocka_unit_test(test_stats),         cmocka_unit_test(test_hand),
+        cmocka_unit_test(test_odd_hand),      cmocka_unit_test(test_replay),
+        cmocka_unit_test(test_study),         cmocka_unit_test(test_validate),
+        cmocka_unit_test(test_compare),       cmocka_unit_test(test_events_of_every_type),
+        cmocka_unit_test(test_what_scene_is), cmocka_unit_test(test_every_command_is_here),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
