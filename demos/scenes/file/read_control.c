@@ -180,7 +180,7 @@ bool scene_read_controls(const scene_node *node, scene_hand *h)
     const hand *model = h->model;
     scene_node list = scene_member(node, "control");
     size_t count = model->joint_count + model->tendon_count;
-    scene_rules rules = {model, count, name_of, name_of_drive, by_name_only, "joint or tendon"};
+    scene_rules rules = {model, count, name_of, name_of_drive, by_name_only, "joint, tendon or actuator"};
     h->controls = calloc(count + 1, sizeof *h->controls);
     if (!h->controls) return scene_refuse_memory(node->reader);
     h->control_count = count;

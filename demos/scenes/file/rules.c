@@ -31,18 +31,22 @@ static bool matches(const scene_rules *rules, const char *pattern, size_t index)
            (other && (fnmatch(pattern, other, 0) == 0 || strcmp(pattern, other) == 0));
 }
 
-/* "a, b, c, ..." as far as there is room */
+/* "a, b (other name of b), c, ..." as far as there is room */
 static void list_things(const scene_rules *rules, char *text, size_t size)
 {
     size_t used = 0;
     text[0] = '\0';
     for (size_t i = 0; i < rules->count; i++) {
         const char *name = rules->name(rules->things, i);
-        if (used + strlen(name) + 8 > size) {
+        const char *other = rules->other_name ? rules->other_name(rules->things, i) : NULL;
+        if (!other || strcmp(other, name) == 0) other = "";
+        const char *const brackets[] = {*other ? " (" : "", *other ? ")" : ""};
+        if (used + strlen(name) + strlen(other) + 11 > size) {
             strcpy(text + used, ", ...");
             return;
         }
-        used += (size_t)snprintf(text + used, size - used, "%s%s", i ? ", " : "", name);
+        used += (size_t)snprintf(text + used, size - used, "%s%s%s%s%s", i ? ", " : "", name, brackets[0], other,
+                                 brackets[1]);
     }
 }
 
