@@ -53,7 +53,7 @@ command_status exec_config_read(options *o, json_t **document)
     *document = json_loadf(stream, JSON_REJECT_DUPLICATES, &error);
     fclose(stream);
     if (!*document) {
-        command_error("exec", "%s:%d: expected JSON: %s", o->config, error.line, error.text);
+        command_error("exec", "%s:%d: expected JSON: %s", o->config, error.line, input_json_fault(&error));
         return COMMAND_BAD_INPUT;
     }
     if (!json_is_object(*document)) {

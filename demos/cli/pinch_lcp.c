@@ -71,7 +71,7 @@ static command_status load(const char *file, problem *p)
     json_t *root = json_loadf(stream, JSON_REJECT_DUPLICATES, &error);
     fclose(stream);
     if (!root) {
-        command_error("lcp", "%s:%d: expected JSON: %s", file, error.line, error.text);
+        command_error("lcp", "%s:%d: expected JSON: %s", file, error.line, input_json_fault(&error));
         return COMMAND_BAD_INPUT;
     }
     command_status status = read_problem(file, root, p);

@@ -88,3 +88,11 @@ input_status input_read(FILE *stream, size_t most, char **text, size_t *length, 
     }
     return status;
 }
+
+const char *input_json_fault(const json_error_t *error)
+{
+    /* The library's own words name a setting of its, which nobody can make in a file. */
+    enum json_error_code code = json_error_code(error);
+    bool zero = code == json_error_null_character || code == json_error_null_byte_in_key;
+    return zero ? "the character \\u0000 may not stand in a text or a key" : error->text;
+}

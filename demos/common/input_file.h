@@ -1,6 +1,7 @@
 #ifndef PINCH_COMMON_INPUT_FILE_H
 #define PINCH_COMMON_INPUT_FILE_H
 
+#include <jansson.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdio.h>
@@ -19,5 +20,8 @@ FILE *input_open(const char *path);
 /* Reads the rest of `stream`, at most `most` bytes, and closes it. `text` is followed by a zero byte and is the
  * caller's to free. It reads until the end and not by size, because a document may come out of a pipe. */
 input_status input_read(FILE *stream, size_t most, char **text, size_t *length, char *fault);
+
+/* What is wrong with a JSON document that could not be read, in the terms of its file. It lives as long as `error`. */
+const char *input_json_fault(const json_error_t *error);
 
 #endif

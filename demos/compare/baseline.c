@@ -175,7 +175,7 @@ command_status baseline_load(const char *path, char *const *scenes, int count, j
     *baseline = json_loadf(stream, JSON_REJECT_DUPLICATES, &error);
     fclose(stream);
     if (!*baseline) {
-        command_error("compare", "%s: line %d: %s", path, error.line, error.text);
+        command_error("compare", "%s: line %d: %s", path, error.line, input_json_fault(&error));
         return COMMAND_BAD_INPUT;
     }
     bool fine = check_file(path, *baseline);

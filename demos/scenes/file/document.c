@@ -67,7 +67,7 @@ static bool parse(scene_reader *reader, json_t **document)
     case json_error_numeric_overflow:
         return scene_refuse_file(reader, "%d: %s: expected a finite number: %s", line, where, fault.text);
     default:
-        return scene_refuse_file(reader, "%d: %s: expected valid JSON: %s", line, where, fault.text);
+        return scene_refuse_file(reader, "%d: %s: expected valid JSON: %s", line, where, input_json_fault(&fault));
     }
 }
 
