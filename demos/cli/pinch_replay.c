@@ -225,7 +225,9 @@ const command command_replay = {
     .notes =
         "The file is one of those that --record writes. Without options that change the solve, the answer has the\n"
         "same bits as the recorded one on the same machine, and the document's same_bits tells so. Where the solve\n"
-        "fails, the forces are those that the solver ended with.",
+        "fails, the forces are those that the solver ended with.\n"
+        "Of the solvers, nsnmgk and newton do every island. nsngrk does not do some of hands, as those with mimics;\n"
+        "lemke and pgs do only those of the linearized cone (formulation lcp), and none with mimics or tendons.",
     .min_arguments = 1,
     .max_arguments = 1,
     .files = "json",

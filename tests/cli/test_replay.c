@@ -108,6 +108,18 @@ static void solves_of_a_scene(void **state)
     int count = program_count_entries(folder);
     assert_int_equal(count, 100);                /* and no more */
     assert_true(all_replay(folder, count) > 20); /* what is remembered from step to step is recorded, too */
+    /* which solvers a hand's island has, as the help says */
+    static const char *const solvers[] = {"nsnmgk", "newton", "nsngrk", "lemke", "pgs"};
+    char last[512];
+    path_of(folder, count, last);
+    for (int i = 0; i < 5; i++) {
+        r = PINCH(NULL, "replay", last, "--solver", solvers[i]);
+        assert_int_equal(r.status, i < 2 ? 0 : 2);
+        program_free(&r);
+    }
+    r = PINCH(NULL, "replay", "--help");
+    assert_non_null(strstr(r.out, "nsnmgk and newton do every island. nsngrk does not do some of hands"));
+    program_free(&r);
     program_remove_folder(folder);
 }
 
