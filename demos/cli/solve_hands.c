@@ -13,6 +13,7 @@ static const char *status_text(hand_statics_status status)
 {
     pinch_solve_status as = status == HAND_STATICS_SOLVED       ? PINCH_SOLVE_CONVERGED
                             : status == HAND_STATICS_UNVERIFIED ? PINCH_SOLVE_UNVERIFIED
+                            : status == HAND_STATICS_INFEASIBLE ? PINCH_SOLVE_INFEASIBLE
                                                                 : PINCH_SOLVE_MAX_ITERATIONS;
     return pinch_solve_status_text(as);
 }
@@ -101,10 +102,15 @@ static void print_joints(const scene *s, const hand_statics *x, FILE *stream)
 
 static void print_tables(const scene *s, double moment, const hand_statics *x, FILE *stream)
 {
+    if (x->status == HAND_STATICS_INFEASIBLE) {
+        terminal_print(stream, "%s: %s at %g s: %s, which has a load\n", s->name, status_text(x->status), moment,
+                       x->why);
+        return;
+    }
     terminal_print(stream, "%s: %s at %g s by Newton's steps (%d unknowns), %d steps, residual %.2g N, %.3g ms\n",
                    s->name, status_text(x->status), moment, x->unknowns, x->steps, x->residual, 1e3 * x->time);
     if (x->status == HAND_STATICS_NOT_FOUND)
-        terminal_print(stream, "  No equilibrium was found. There may be none, as where an object touches nothing.\n");
+        terminal_print(stream, "  No equilibrium was found. There may be none, as where an object slides off.\n");
     if (!is_answer(x)) return;
     terminal_print(stream, "  %-16s %-6s %6s %12s %12s %9s\n", "finger", "state", "points", "normal N", "tangential N",
                    "margin");

@@ -97,8 +97,34 @@ typedef struct watching {
     bool fine;
 } watching;
 
+/* An object that has a load and no contact: nothing can hold it, and no search is needed. -1: there is none. */
+static int find_untouched(const static_system *s)
+{
+    for (int k = 0; k < s->w->object_count; k++) {
+        bool loaded = false, touched = false;
+        for (int i = 0; i < 6; i++) loaded = loaded || s->load[6 * k + i] != 0;
+        for (int c = 0; c < s->contact_count; c++)
+            for (int side = 0; side < 2; side++)
+                touched = touched || s->contacts[c].body[side] == s->w->objects[k].body;
+        if (loaded && !touched) return k;
+    }
+    return -1;
+}
+
+static bool refute(const static_system *s, int untouched, hand_statics *answer)
+{
+    const double *load = s->load + 6 * untouched;
+    snprintf(answer->why, sizeof answer->why, "nothing touches %.200s", s->w->scene->objects[untouched].name);
+    answer->status = HAND_STATICS_INFEASIBLE;
+    answer->unknowns = s->unknowns;
+    answer->residual = hypot(scene_norm(load), scene_norm(load + 3) / s->lever);
+    return true;
+}
+
 static bool solve_system(static_system *s, hand_statics *answer)
 {
+    int untouched = find_untouched(s);
+    if (untouched >= 0) return refute(s, untouched, answer);
     static_errors e;
     long double *z = calloc((size_t)s->unknowns + 1, sizeof *z);
     double start = clock_seconds();

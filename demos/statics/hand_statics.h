@@ -16,6 +16,7 @@ typedef enum hand_statics_status {
     HAND_STATICS_SOLVED = 0, /* and verified */
     HAND_STATICS_UNVERIFIED,
     HAND_STATICS_NOT_FOUND,   /* Newton's method came to no answer: there may be none */
+    HAND_STATICS_INFEASIBLE,  /* nothing touches an object that has a load; `why` says which one */
     HAND_STATICS_UNSUPPORTED, /* `why` says what of the scene the statics do not know */
     HAND_STATICS_FAILED       /* the run itself; `why` says in what way */
 } hand_statics_status;

@@ -208,13 +208,55 @@ static void test_the_command(void **state)
     cli_refused(PINCH(NULL, "solve", file, "--at-end", "--formulation", "lcp"), 2, "coulomb");
 }
 
+/* The scene of a gripper far below a ball, under this gravity. */
+static char *write_far_ball(const char *folder, double gravity)
+{
+    char text[1024];
+    snprintf(text, sizeof text,
+             "{\"format\": \"pinch-scene/1\", \"objects\": [{\"name\": \"ball\", \"shape\": {\"type\": \"sphere\", "
+             "\"radius\": 0.02}, \"mass\": 0.1, \"position\": [0, 0, 0.5]}], \"hand\": {\"file\": \"" PINCH_SOURCE_DIR
+             "/assets/hands/parallel-gripper.urdf\", \"control\": {\"left_finger_slide\": {\"type\": \"position\", "
+             "\"kp\": 1000, \"kd\": 10}}}, \"gravity\": [0, 0, %g], \"simulation\": {\"duration\": 0.1}}",
+             gravity);
+    return program_write_file(folder, "far.json", text);
+}
+
+/* What nothing touches cannot be held, and no search is needed to tell; without a load it stays where it is. */
+static void test_nothing_touched(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder(), *file = write_far_ball(folder, -9.81);
+    json_t *schema = json_load_file(PINCH_SOURCE_DIR "/assets/schema/pinch-solve-1.json", 0, NULL);
+    program_result r = PINCH(NULL, "solve", file, "--at-end", "--json");
+    assert_int_equal(r.status, 1);
+    json_t *d = cli_document(&r);
+    assert_int_equal(schema_faults(schema, d), 0);
+    assert_string_equal(json_string_value(json_object_get(d, "status")), "infeasible");
+    assert_close(json_number_value(json_object_get(d, "residual")), 0.981, 1e-12);
+    assert_true(json_is_false(cli_at(d, "verification.passed")));
+    json_decref(d);
+    json_decref(schema);
+    program_free(&r);
+    r = PINCH(NULL, "solve", file, "--at-end");
+    assert_int_equal(r.status, 1);
+    assert_string_equal(r.out, "far: infeasible at 0.1 s: nothing touches ball, which has a load\n");
+    program_free(&r);
+    free(file);
+    file = write_far_ball(folder, 0);
+    r = PINCH(NULL, "solve", file, "--at-end");
+    assert_int_equal(r.status, 0);
+    program_free(&r);
+    free(file);
+    program_remove_folder(folder);
+}
+
 int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_torque_over_lever_arm), cmocka_unit_test(test_compliances_in_series),
         cmocka_unit_test(test_what_is_not_meant),     cmocka_unit_test(test_scenes_at_rest),
-        cmocka_unit_test(test_the_command),
+        cmocka_unit_test(test_the_command),           cmocka_unit_test(test_nothing_touched),
     };
     int failed = cmocka_run_group_tests_name("hands that stand still", tests, NULL, NULL);
     dCloseODE();
