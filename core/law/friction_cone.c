@@ -88,10 +88,22 @@ static void differentiate(const double axis[3], const double c[3], const double 
     }
 }
 
-static bool project_onto_ellipsoid(const double axis[3], const double stiffness[3], const double s[3], double r[3],
+/* An axis that is nothing beside the longest one has length zero: the square of their ratio must not vanish, as an axis
+ * whose c is 0 would have no limit. */
+static void drop_negligible_axes(const double given[3], double axis[3])
+{
+    static const double NEGLIGIBLE = 1e-100;
+    double longest = 0.0;
+    for (int i = 0; i < 3; i++)
+        if (given[i] < INFINITY) longest = fmax(longest, given[i]);
+    for (int i = 0; i < 3; i++) axis[i] = given[i] < NEGLIGIBLE * longest ? 0.0 : given[i];
+}
+
+static bool project_onto_ellipsoid(const double given[3], const double stiffness[3], const double s[3], double r[3],
                                    double dr_ds[9], double dr_dscale[3])
 {
-    double y[3], c[3], y_max = 0.0, c_max = 0.0, a_min = INFINITY;
+    double axis[3], y[3], c[3], y_max = 0.0, c_max = 0.0, a_min = INFINITY;
+    drop_negligible_axes(given, axis);
     for (int i = 0; i < 3; i++)
         if (axis[i] > 0.0) a_min = fmin(a_min, axis[i]);
     for (int i = 0; i < 3; i++) {

@@ -331,7 +331,9 @@ static int friction_rows(const pinch_problem *problem, const contact_view *v, co
     const pinch_contact *c = v->c;
     const double *axes[3] = {c->tangent1, v->t2, c->normal};
     const double friction[3] = {c->friction[0], c->friction[1], c->torsional_friction};
-    static const double SMALLEST = 1e-300; /* its inverse is a number */
+    /* N or N m: less is no friction, far below the smallest force that counts. The inverse of its fourth power, as the
+     * slip direction has it, is a number with room for stiff springs and large forces. */
+    static const double SMALLEST = 1e-60;
     int count = c->model == PINCH_CONTACT_SOFT ? 3 : 2;
     for (int i = 0; i < count; i++) {
         double k = c->stiffness[i < 2 ? 1 : 2], d = c->damping[i < 2 ? 1 : 2];

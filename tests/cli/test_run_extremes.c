@@ -9,6 +9,7 @@
 
 #include <jansson.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -131,6 +132,44 @@ static void test_soft_without_torsional_friction(void **state)
     program_free(&r);
 }
 
+/* A grip that is twisted while it falls, with these coefficients. */
+static void expect_verified(const char *model, double friction, double torsional_friction)
+{
+    char *folder = program_make_folder(), text[2048], of_finger[256];
+    snprintf(of_finger, sizeof of_finger,
+             "\"model\": \"%s\", \"stiffness\": {\"normal\": 1e4, \"torsional\": 1}, \"friction\": %g, "
+             "\"torsional_friction\": %g, \"closing\": 0.0005}",
+             model, friction, torsional_friction);
+    snprintf(
+        text, sizeof text,
+        "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"box\", \"size\": [0.05, 0.05, 0.05]}, "
+        "\"mass\": 0.1, \"torque\": [0.001, 0, 0]}, \"fingers\": ["
+        "{\"name\": \"l\", \"point\": [-0.025, 0, 0], \"normal\": [1, 0, 0], %s,"
+        "{\"name\": \"r\", \"point\": [0.025, 0, 0], \"normal\": [-1, 0, 0], %s],"
+        "\"simulation\": {\"duration\": 0.1}}",
+        of_finger, of_finger);
+    free(program_write_file(folder, "scene.json", text));
+    program_result r = program_run(folder, (char *const[]){PINCH_EXECUTABLE, "run", "scene.json", "--json", NULL});
+    json_t *d = document_of(&r);
+    bool good = r.status == 0 && json_integer_value(json_object_get(d, "unconverged_steps")) == 0;
+    if (!good) fail_msg("%s, friction %g, torsional %g: status %d", model, friction, torsional_friction, r.status);
+    json_decref(d);
+    program_free(&r);
+    program_remove_folder(folder);
+}
+
+/* Coefficients whose squares and quotients leave double precision are as good as none. */
+static void test_next_to_no_friction(void **state)
+{
+    (void)state;
+    for (double tiny = 1e-40; tiny > 1e-305; tiny *= 1e-20) {
+        expect_verified("hard", tiny, 0);
+        expect_verified("soft", tiny, tiny);
+        expect_verified("soft", tiny, 0.002);
+        expect_verified("soft", 0.5, tiny);
+    }
+}
+
 /* The hand turns by 2 rad: so does what force-controlled fingers hold, and they press with exactly their force. */
 static void test_force_control_turns_with_the_hand(void **state)
 {
@@ -175,6 +214,7 @@ int main(void)
         cmocka_unit_test(test_magnitudes_have_ranges),
         cmocka_unit_test(test_a_run_needs_steps),
         cmocka_unit_test(test_soft_without_torsional_friction),
+        cmocka_unit_test(test_next_to_no_friction),
         cmocka_unit_test(test_force_control_turns_with_the_hand),
         cmocka_unit_test(test_a_wall_stops_a_force_controlled_tip),
     };

@@ -224,6 +224,12 @@ static void limits_of_the_axes(void **state)
     assert_false(pinch_limit_surface_project(tiny, k, s, r, ds, dscale));
     assert_true(fabs(outside(tiny, r) - 1.0) <= 1e-14);
     for (int i = 0; i < 9; i++) assert_true(isfinite(ds[i]));
+
+    /* next to no sliding friction takes the limit off no torsion */
+    const double flat[3] = {1e-200, 1e-200, 1.0};
+    assert_false(pinch_limit_surface_project(flat, k, s, r, ds, dscale));
+    assert_true(hypot(r[0], r[1]) <= 1e-200 && fabs(r[2] - 1.0) <= 1e-15);
+    for (int i = 0; i < 9; i++) assert_true(isfinite(ds[i]));
 }
 
 int main(void)
