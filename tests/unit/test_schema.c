@@ -66,11 +66,42 @@ static void test_no_other_objects(void **state)
     json_decref(schema);
 }
 
+/* What an object is made of hangs together: a key that the loader refuses alone needs the same one by the schema. */
+static void test_material_of_an_object(void **state)
+{
+    (void)state;
+    static const char *const keys[] = {"damping", "friction"};
+    json_t *schema = load_schema(), *object = json_object_get(json_object_get(schema, "$defs"), "object"),
+           *needs = json_object_get(object, "dependentRequired");
+    assert_int_equal(json_object_size(needs), 2);
+    for (int i = 0; i < 2; i++) {
+        const json_t *needed = json_object_get(needs, keys[i]);
+        assert_string_equal(json_string_value(json_array_get(needed, 0)), "stiffness");
+        json_t *value = i == 0 ? json_object() : json_real(0.2);
+        json_t *document = json_pack("{s:s, s:{s:{s:s, s:f}, s:f, s:o}, s:[{s:s, s:[f,f,f], s:[f,f,f], s:s, s:{s:f}}]}",
+                                     "format", "pinch-scene/1", "object", "shape", "type", "sphere", "radius", 1.0,
+                                     "mass", 1.0, keys[i], value, "fingers", "name", "f", "point", 0.0, 0.0, 1.0,
+                                     "normal", 0.0, 0.0, -1.0, "model", "frictionless", "stiffness", "normal", 1.0);
+        scene *s;
+        scene_error error;
+        assert_int_equal(scene_load_document("s", "", 0, document, &s, &error), SCENE_BAD_INPUT);
+        assert_non_null(strstr(error.text, "object.stiffness: expected this key with damping or friction"));
+        assert_int_equal(
+            json_object_set_new(json_object_get(document, "object"), "stiffness", json_pack("{s:f}", "normal", 1.0)),
+            0);
+        assert_int_equal(scene_load_document("s", "", 0, document, &s, &error), SCENE_OK);
+        scene_free(s);
+        json_decref(document);
+    }
+    json_decref(schema);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_keys_agree),
         cmocka_unit_test(test_no_other_objects),
+        cmocka_unit_test(test_material_of_an_object),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
