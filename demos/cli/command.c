@@ -50,25 +50,17 @@ command_status command_check_statics(const char *name, const scene *s)
     return COMMAND_BAD_INPUT;
 }
 
-bool command_run_fault(const scene *s, char *text, size_t size)
-{
-    char pair[SCENE_SOLVER_TEXT];
-    if (!scene_check_solver(s, pair)) {
-        snprintf(text, size, "%s: %s", s->file, pair);
-        return true;
-    }
-    /* The scene's own values were checked when it was read, but options may have replaced them. */
-    if (scene_steps_fit(s->duration, s->step)) return false;
-    snprintf(text, size, "%s: a duration of %g s is %g steps of %g s; expected at least half a step and at most %g",
-             s->file, s->duration, s->duration / s->step, s->step, SCENE_MOST_STEPS);
-    return true;
-}
-
 command_status command_check_run(const char *name, const scene *s)
 {
-    scene_error fault;
-    if (!command_run_fault(s, fault.text, sizeof fault.text)) return COMMAND_DONE;
-    command_error(name, "%s", fault.text);
+    char text[SCENE_SOLVER_TEXT];
+    if (!scene_check_solver(s, text)) {
+        command_error(name, "%s: %s", s->file, text);
+        return COMMAND_BAD_INPUT;
+    }
+    /* The scene's own values were checked when it was read, but options may have replaced them. */
+    if (scene_steps_fit(s->duration, s->step)) return COMMAND_DONE;
+    command_error(name, "%s: a duration of %g s is %g steps of %g s; expected at least half a step and at most %g",
+                  s->file, s->duration, s->duration / s->step, s->step, SCENE_MOST_STEPS);
     return COMMAND_BAD_INPUT;
 }
 

@@ -60,7 +60,5 @@ command_status command_check_statics(const char *name, const scene *s);
 /* Refuses a scene that Pinch cannot run with its solver, and one whose steps, which options may have changed, do not
  * fit its duration. */
 command_status command_check_run(const char *name, const scene *s);
-/* The same question; the reason goes to `text`. */
-bool command_run_fault(const scene *s, char *text, size_t size);
 
 #endif

@@ -27,15 +27,10 @@ static void report_shifts(const scene *s)
         report_shift(s, "environment ", s->environment[i].name, &s->environment[i].shape);
 }
 
-static json_t *legal(const scene *s)
+static json_t *verdict(const scene *s)
 {
     return json_pack("{s:o, s:b, s:s, s:o}", "scene", json_text(s->file), "valid", 1, "name", s->name, "shift",
                      json_numbers(s->objects[0].shape.shift, 3));
-}
-
-static json_t *illegal(const char *file, const char *error)
-{
-    return json_pack("{s:o, s:b, s:o}", "scene", json_text(file), "valid", 0, "error", json_text(error));
 }
 
 /* The verdict of one scene stands at the top level; several make a list. */
@@ -52,33 +47,22 @@ static command_status print_verdicts(json_t *verdicts)
     return failed ? COMMAND_SYSTEM : COMMAND_DONE;
 }
 
-/* Loads a scene that can be run. Where there is none, *s is NULL and the reason is in *error and on standard error. */
-static command_status load(const char *file, scene **s, scene_error *error)
-{
-    scene_status status = scene_load(file, s, error);
-    if (status != SCENE_OK) {
-        terminal_print(stderr, "%s\n", error->text);
-        return status == SCENE_NO_MEMORY ? COMMAND_SYSTEM : COMMAND_BAD_INPUT;
-    }
-    if (!command_run_fault(*s, error->text, sizeof error->text)) return COMMAND_DONE;
-    command_error("validate", "%s", error->text);
-    scene_free(*s);
-    *s = NULL;
-    return COMMAND_BAD_INPUT;
-}
-
 static command_status validate_one(const options *o, const char *file, json_t *verdicts)
 {
     scene *s;
-    scene_error error;
-    command_status status = load(file, &s, &error);
-    if (status == COMMAND_SYSTEM) return status;
-    if (o->json && json_array_append_new(verdicts, s ? legal(s) : illegal(file, error.text))) status = COMMAND_SYSTEM;
-    if (!s) return status;
+    command_status status = command_load_scene(o, file, &s);
+    if (status != COMMAND_DONE) return status;
+    status = command_check_run("validate", s);
+    if (status != COMMAND_DONE) {
+        scene_free(s);
+        return status;
+    }
     if (!o->quiet) report_shifts(s);
     if (o->print) {
         if (scene_print(s, stdout) != SCENE_OK) status = COMMAND_SYSTEM;
-    } else if (!o->json && !o->quiet) {
+    } else if (o->json) {
+        if (json_array_append_new(verdicts, verdict(s))) status = COMMAND_SYSTEM;
+    } else if (!o->quiet) {
         terminal_print(stdout, "%s: valid\n", file);
     }
     scene_free(s);
@@ -97,7 +81,7 @@ static command_status run_validate(const options *o)
         command_status status = validate_one(o, o->arguments[i], verdicts);
         if (status > worst) worst = status;
     }
-    if (o->json && worst != COMMAND_SYSTEM && print_verdicts(verdicts) != COMMAND_DONE) worst = COMMAND_SYSTEM;
+    if (o->json && worst == COMMAND_DONE) worst = print_verdicts(verdicts);
     json_decref(verdicts);
     if (worst == COMMAND_SYSTEM) command_error("validate", "out of memory");
     return worst;

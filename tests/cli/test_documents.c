@@ -168,18 +168,6 @@ static void test_validate(void **state)
     (void)state;
     FOLLOWS("validate", "validate", SCENE("egg.json"));
     FOLLOWS("validate", "validate", SCENE("egg.json"), SCENE("lift.json"));
-    char *folder = program_make_folder(), *bad = program_write_file(folder, "bad.json", "{\"name\": 3}");
-    FOLLOWS("validate", "validate", bad);
-    json_t *d = DOCUMENT("validate", "validate", SCENE("egg.json"), bad, SCENE("lift.json"));
-    const json_t *scenes = json_object_get(d, "scenes"), *of_bad = json_array_get(scenes, 1);
-    assert_int_equal(json_array_size(scenes), 3);
-    for (size_t i = 0; i < 3; i++)
-        assert_true(json_boolean_value(json_object_get(json_array_get(scenes, i), "valid")) == (i != 1));
-    assert_string_equal(json_string_value(json_object_get(of_bad, "scene")), bad);
-    assert_non_null(strstr(json_string_value(json_object_get(of_bad, "error")), "bad.json:1: "));
-    json_decref(d);
-    free(bad);
-    program_remove_folder(folder);
 }
 
 static void test_compare(void **state)

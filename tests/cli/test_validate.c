@@ -256,29 +256,6 @@ static void test_json_verdict(void **state)
     program_free(&r);
 }
 
-/* A program gets its answer of a bad scene, too; the message and the status stay. */
-static void test_json_verdict_of_bad_scenes(void **state)
-{
-    (void)state;
-    char *folder = program_make_folder(), *pgs;
-    free(program_write_file(folder, "bad.json", "{}"));
-    pgs = replace_first(good_plane, "{", "{\"solver\": {\"name\": \"pgs\", \"formulation\": \"coulomb\"}, ");
-    free(program_write_file(folder, "pgs.json", pgs));
-    static const char *const files[][2] = {{"bad.json", "bad.json:1: format: expected"},
-                                           {"pgs.json", "pgs.json: solver pgs does not do formulation coulomb"},
-                                           {"none.json", "none.json: expected a readable scene file"}};
-    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
-        program_result r = pinch(folder, "validate", "--json", (char *)files[i][0]);
-        assert_int_equal(r.status, 2);
-        assert_non_null(strstr(r.err, files[i][1]));
-        assert_non_null(strstr(r.out, "\"valid\": false"));
-        assert_non_null(strstr(r.out, files[i][1]));
-        program_free(&r);
-    }
-    free(pgs);
-    program_remove_folder(folder);
-}
-
 /* one bad scene among good ones does not hide behind them */
 static void test_several_scenes(void **state)
 {
@@ -351,17 +328,11 @@ static void test_help_and_version(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_broken_scenes),
-        cmocka_unit_test(test_unreadable_files),
-        cmocka_unit_test(test_hostile_texts),
-        cmocka_unit_test(test_print_round_trip),
-        cmocka_unit_test(test_shipped_scenes),
-        cmocka_unit_test(test_json_verdict),
-        cmocka_unit_test(test_json_verdict_of_bad_scenes),
-        cmocka_unit_test(test_several_scenes),
-        cmocka_unit_test(test_solver_pair),
-        cmocka_unit_test(test_usage),
-        cmocka_unit_test(test_help_and_version),
+        cmocka_unit_test(test_broken_scenes),  cmocka_unit_test(test_unreadable_files),
+        cmocka_unit_test(test_hostile_texts),  cmocka_unit_test(test_print_round_trip),
+        cmocka_unit_test(test_shipped_scenes), cmocka_unit_test(test_json_verdict),
+        cmocka_unit_test(test_several_scenes), cmocka_unit_test(test_solver_pair),
+        cmocka_unit_test(test_usage),          cmocka_unit_test(test_help_and_version),
         cmocka_unit_test(test_huge_documents),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
