@@ -364,6 +364,15 @@ static bool choose_frames(document *d)
     return true;
 }
 
+/* The format has no lists without items, and no buffer without bytes: of a hand that has no shapes. */
+static void leave_out_empty(json_t *all, bool no_bytes)
+{
+    static const char *const lists[] = {"meshes", "materials", "accessors", "bufferViews"};
+    for (size_t i = 0; i < sizeof lists / sizeof *lists; i++)
+        if (json_array_size(json_object_get(all, lists[i])) == 0) json_object_del(all, lists[i]);
+    if (no_bytes) json_object_del(all, "buffers");
+}
+
 static json_t *whole_document(document *d)
 {
     const film *f = d->film;
@@ -387,6 +396,7 @@ static json_t *whole_document(document *d)
         json_object_set_new(
             all, "animations",
             json_pack("[{s:s, s:O, s:O}]", "name", "run", "channels", d->channels, "samplers", d->samplers));
+    leave_out_empty(all, d->size == 0);
     return all;
 }
 
@@ -395,11 +405,13 @@ static void put_word(uint32_t word, FILE *stream)
     for (int i = 0; i < 4; i++) fputc((int)(word >> (8 * i) & 255u), stream);
 }
 
-/* The file: a header, the JSON chunk, the binary chunk, each filled up to a multiple of four bytes. */
+/* The file: a header, the JSON chunk, and the binary chunk, if there is any, each filled up to a multiple of four
+ * bytes.
+ */
 static bool write_chunks(const document *d, const char *text, FILE *stream)
 {
     size_t length = strlen(text), json_pad = (4 - length % 4) % 4, bytes_pad = (4 - d->size % 4) % 4;
-    size_t total = 12 + 8 + length + json_pad + 8 + d->size + bytes_pad;
+    size_t total = 12 + 8 + length + json_pad + (d->size > 0 ? 8 + d->size + bytes_pad : 0);
     if (total > UINT32_MAX) return false;
     put_word(0x46546c67u, stream);
     put_word(2, stream);
@@ -408,6 +420,7 @@ static bool write_chunks(const document *d, const char *text, FILE *stream)
     put_word(0x4e4f534au, stream);
     fwrite(text, 1, length, stream);
     for (size_t i = 0; i < json_pad; i++) fputc(' ', stream);
+    if (d->size == 0) return true;
     put_word((uint32_t)(d->size + bytes_pad), stream);
     put_word(0x004e4942u, stream);
     fwrite(d->bytes, 1, d->size, stream);

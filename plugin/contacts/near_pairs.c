@@ -297,7 +297,8 @@ static bool search_all(pinch_near_space *s)
     for (int k = 0; k < count; k++) {
         s->known.first.items[k] = s->known.later.count;
         if (!find_around(s, k, k)) return false;
-        qsort(s->found.names.items, (size_t)s->found.names.count, sizeof(int), by_number);
+        if (s->found.names.count > 0)
+            qsort(s->found.names.items, (size_t)s->found.names.count, sizeof(int), by_number);
         for (int i = 0; i < s->found.names.count; i++) {
             int other = s->found.names.items[i];
             if (may_collide(&s->geoms.items[k], &s->geoms.items[other]) && !append(&s->known, other)) return false;
