@@ -19,7 +19,7 @@ typedef struct snapshot_head {
 
 static snapshot_head head_of(size_t size)
 {
-    snapshot_head head = {.format = "pinch-ode/6", .order = 0x01020304, .size = size};
+    snapshot_head head = {.format = "pinch-ode/7", .order = 0x01020304, .size = size};
     head.types = sizeof(long) << 24 | sizeof(dReal) << 16 | sizeof(pinch_contact_model) << 8 | sizeof(dJointType);
     return head;
 }
@@ -82,13 +82,14 @@ static void archive_all(pinch_archive *a, size_t size, pinch_ode *p, pinch_joint
     pinch_archive_contacts(a, &p->contacts, p->context.number);
     pinch_archive_joints(a, &p->joints, poses);
     pinch_archive_islands(a, &p->graph);
+    pinch_archive_near(a, &p->detection.near);
     archive_last_step(a, p);
     pinch_archive_world(a, world);
 }
 
 static bool between_steps(const pinch_ode *p)
 {
-    return !p->solved && p->contacts.buffer.count == 0 && p->contacts.contact_joints.count == 0 &&
+    return !p->solved && !p->detecting && p->contacts.buffer.count == 0 && p->contacts.contact_joints.count == 0 &&
            p->graph.handed.count == 0;
 }
 
@@ -124,6 +125,7 @@ static void free_restored(restored *r)
     pinch_contact_store_free(&r->state.contacts);
     pinch_joint_store_free(&r->state.joints);
     pinch_island_graph_free(&r->state.graph);
+    pinch_near_pairs_free(&r->state.detection.near);
     pinch_problem_buffers_free(&r->state.pool.kept);
     pinch_joint_poses_free(&r->poses);
     pinch_world_state_free(r->world);
@@ -142,6 +144,8 @@ static void take_over(pinch_ode *p, restored *r)
     *p->joints.poses = r->poses;
     pinch_island_graph_free(&p->graph);
     p->graph = r->state.graph;
+    pinch_near_pairs_free(&p->detection.near);
+    p->detection.near = r->state.detection.near;
     pinch_problem_buffers_free(&p->pool.kept);
     p->pool.kept = r->state.pool.kept;
     p->context.number = r->state.context.number;

@@ -127,10 +127,10 @@ const scene_finger *scene_finger_on_path(const scene *s, double time)
     return NULL;
 }
 
-/* A tip with a flat face touches in several points. */
+/* Flat faces touch in several points, and so do the sides of capsules and cylinders. */
 static bool is_pad(const scene_finger *f)
 {
-    return f->tip.type == SCENE_BOX || f->tip.type == SCENE_CYLINDER || f->tip.type >= SCENE_CONVEX;
+    return f->tip.type != SCENE_SPHERE && f->tip.type != SCENE_ELLIPSOID && f->tip.type != SCENE_SUPERELLIPSOID;
 }
 
 void scene_statics_leave_out(const scene *s, void (*report)(void *context, const char *text), void *context)
@@ -138,10 +138,11 @@ void scene_statics_leave_out(const scene *s, void (*report)(void *context, const
     bool hertz = false, pads = false;
     for (size_t i = 0; i < s->finger_count; i++) {
         hertz = hertz || s->fingers[i].stiffness.hertz > 0;
-        pads = pads || (is_pad(&s->fingers[i]) && s->fingers[i].model != SCENE_FRICTIONLESS);
+        pads = pads || is_pad(&s->fingers[i]);
     }
     if (hertz) report(context, "Hertz' law: fingers have their linear stiffness");
-    if (pads) report(context, "the size of pads: a finger touches in one point, and resists turning if it is soft");
+    if (pads)
+        report(context, "the size of pads: a finger touches in one point, and resists turning only if it is soft");
     if (s->object_count > 1) report(context, "other objects, and what they exert on the first");
     if (s->environment_count > 0) report(context, "the environment");
 }

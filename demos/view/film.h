@@ -47,7 +47,7 @@ typedef struct film_pair {
 typedef struct film_finger {
     pinch_contact_state state;
     double normal_force, tangential_force; /* N */
-    double margin;                         /* world_slip_margin */
+    double margin;                         /* world_least_margin */
     double slip;                           /* m, path length */
     double force[3];                       /* N, on the object */
 } film_finger;
@@ -55,7 +55,7 @@ typedef struct film_finger {
 /* What a finger did at most, over every step of the run and not only those of frames. NAN: never. */
 typedef struct film_extremes {
     double first_slip;                      /* s: the end of the first step in which it slips as a whole */
-    double least_margin, least_margin_time; /* world_slip_margin; s */
+    double least_margin, least_margin_time; /* world_least_margin; s */
     double peak_force, peak_force_time;     /* N, normal; s */
 } film_extremes;
 

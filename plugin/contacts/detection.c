@@ -161,6 +161,7 @@ pinch_status pinch_each_pair(pinch_detection *d, dSpaceID space, void *context, 
     if (!pinch_find_near_pairs(&d->near, NULL, space)) return PINCH_OUT_OF_MEMORY;
     for (int k = 0; k < d->near.pairs.count; k++) {
         const pinch_near_pair *pair = &d->near.pairs.items[k];
+        if (!dGeomIsEnabled(pair->geom[0]) || !dGeomIsEnabled(pair->geom[1])) continue; /* `near` may disable geoms */
         if (d->near.with_spaces && (dGeomIsSpace(pair->geom[0]) || dGeomIsSpace(pair->geom[1])))
             near(context, pair->geom[0], pair->geom[1]);
         else

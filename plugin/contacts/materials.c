@@ -36,8 +36,25 @@ static bool add_curvature(dGeomID geom, const double *normal, const double *t1, 
     return true;
 }
 
-/* Returns the secant stiffness of a pair at its depth, N/m; 0 where Hertz' law does not apply. */
-static double hertz_stiffness(const pinch_pair *pair, double modulus)
+/*
+ * Returns the depth of a Hertzian tip with F = hardness depth^(3/2) that is in series with a spring: of s = sqrt(depth)
+ * the root of hardness s^3 + spring s^2 = spring all, where both bear the same force. Newton's steps come down to it
+ * from above, as the left side is convex.
+ */
+static double depth_in_series(double hardness, double spring, double all)
+{
+    double s = sqrt(all);
+    for (int i = 0; i < 60; i++) {
+        double step = (hardness * s * s * s + spring * (s * s - all)) / (s * (3 * hardness * s + 2 * spring));
+        if (!(step > 0) || s - step == s) break;
+        s -= step;
+    }
+    return s * s;
+}
+
+/* Returns the secant stiffness of a pair's Hertzian part at its depth, N/m, which is in series with a spring (N/m; 0:
+ * it is alone); 0 where Hertz' law does not apply. */
+static double hertz_stiffness(const pinch_pair *pair, double modulus, double spring)
 {
     const pinch_manifold_point *deepest = pair->manifold.point;
     double K[3] = {0, 0, 0}, t1[3], t2[3], back[3];
@@ -50,9 +67,10 @@ static double hertz_stiffness(const pinch_pair *pair, double modulus)
     pinch_v3_cross(n, t1, t2);
     if (!add_curvature(pair->id[0], back, t1, t2, K) || !add_curvature(pair->id[1], n, t1, t2, K)) return 0;
     double det = K[0] * K[2] - K[1] * K[1], trace = K[0] + K[2];
-    if (!(det > 1e-9 * trace * trace)) return 0; /* along a line, or flat: no point contact */
-    double R = 1 / sqrt(det);                    /* det K = 1/(R' R'') = 1/R^2 */
-    return 4.0 / 3 * modulus * sqrt(R * fmax(deepest->depth, LEAST_DEPTH * R));
+    if (!(det > 1e-9 * trace * trace)) return 0;                      /* along a line, or flat: no point contact */
+    double R = 1 / sqrt(det), hardness = 4.0 / 3 * modulus * sqrt(R); /* det K = 1/(R' R'') = 1/R^2 */
+    double depth = fmax(deepest->depth, LEAST_DEPTH * R);
+    return hardness * sqrt(spring > 0 ? depth_in_series(hardness, spring, depth) : depth);
 }
 
 /* Returns the stiffness of two elastic tips one behind the other, whose compliances add. */
@@ -62,9 +80,9 @@ static double in_series(double a, double b)
 }
 
 /* Replaces the normal stiffness by that of Hertz' law, where it applies; the tangential one keeps its ratio to it. */
-static void follow_depth(const pinch_pair *pair, double modulus, pinch_material *material)
+static void follow_depth(const pinch_pair *pair, double modulus, double spring, pinch_material *material)
 {
-    double stiffness = modulus > 0 ? hertz_stiffness(pair, modulus) : 0;
+    double stiffness = modulus > 0 ? hertz_stiffness(pair, modulus, spring) : 0;
     if (!(stiffness > 0)) return;
     material->stiffness[1] *= stiffness / material->stiffness[0];
     material->stiffness[0] = stiffness;
@@ -102,15 +120,16 @@ const pinch_material *pinch_pair_material(const pinch_contact_store *store, cons
         const pinch_material *only = first ? first : last;
         if (only->hertz_modulus == 0) return only;
         *own = *only;
-        follow_depth(pair, own->hertz_modulus, own);
+        follow_depth(pair, own->hertz_modulus, 0, own);
         return own;
     }
     *own = *first;
     pinch_material second = *last, *material = own, *other = &second;
     double both = in_series(material->hertz_modulus, other->hertz_modulus);
     if (!(both > 0)) { /* one, or none: in series with the other's linear stiffness */
-        follow_depth(pair, material->hertz_modulus, material);
-        follow_depth(pair, other->hertz_modulus, other);
+        double spring = other->stiffness[0];
+        follow_depth(pair, other->hertz_modulus, material->stiffness[0], other);
+        follow_depth(pair, material->hertz_modulus, spring, material);
     }
     if (!half_way)
         *share = both > 0 ? other->hertz_modulus / (material->hertz_modulus + other->hertz_modulus)
@@ -119,7 +138,7 @@ const pinch_material *pinch_pair_material(const pinch_contact_store *store, cons
         material->stiffness[i] = in_series(material->stiffness[i], other->stiffness[i]);
         material->damping[i] = in_series(material->damping[i], other->damping[i]);
     }
-    follow_depth(pair, both, material);
+    follow_depth(pair, both, 0, material);
     combine_torsion(material, other);
     material->friction = fmin(material->friction, other->friction);
     material->friction_kinetic = fmin(material->friction_kinetic, other->friction_kinetic);
@@ -134,11 +153,11 @@ double pinch_pair_hertz_part(const pinch_contact_store *store, const pinch_pair 
     double modulus[2] = {first ? first->hertz_modulus : 0, last ? last->hertz_modulus : 0};
     if (!(modulus[0] > 0) && !(modulus[1] > 0)) return 0;
     bool both = modulus[0] > 0 && modulus[1] > 0;
-    double hertz = hertz_stiffness(pair, both ? in_series(modulus[0], modulus[1]) : fmax(modulus[0], modulus[1]));
+    double spring = both || !first || !last ? 0 : modulus[0] > 0 ? last->stiffness[0] : first->stiffness[0];
+    double hertz =
+        hertz_stiffness(pair, both ? in_series(modulus[0], modulus[1]) : fmax(modulus[0], modulus[1]), spring);
     if (!(hertz > 0)) return 0;
-    if (both || !first || !last) return 1;
-    double linear = modulus[0] > 0 ? last->stiffness[0] : first->stiffness[0];
-    return in_series(hertz, linear) / hertz;
+    return spring > 0 ? spring / (hertz + spring) : 1;
 }
 
 pinch_material pinch_default_material(void)

@@ -7,9 +7,11 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-/* A reach goes beyond its box by a part of the box's shortest side, and by some steps of what its sides have moved. */
+/* A reach goes beyond its box by a part of the box's shortest side, and by some steps of what its sides have moved,
+ * where that is no more than its longest side. What is faster, or was put elsewhere, is looked for in each step: its
+ * reach would have too many neighbours, and one that has come to rest would never leave it again. */
 static const double BEYOND = 0.1, AHEAD = 8;
-enum { MOST_SPACES = 8, GRAIN = 256 /* geoms that a thread takes at a time */ };
+enum { GRAIN = 256 /* geoms that a thread takes at a time */ };
 enum { AHEAD_IN_LIST = 8, GEOM_BYTES = 192 /* of ODE's, what is read in each step */ };
 
 /* What is kept of a geom. One that is destroyed is known by its address alone until the next call. */
@@ -101,6 +103,13 @@ static pinch_item_keys keys_of(const pinch_near_space *s)
     return PINCH_ITEM_KEYS(s->geoms, near_geom, geom);
 }
 
+static near_geom new_geom(dGeomID geom)
+{
+    return (near_geom){.geom = geom, .left = true};
+}
+
+static const near_box nowhere = {.box = {{NAN, NAN, NAN}, {NAN, NAN, NAN}}};
+
 /* Keeps the geoms that are still listed, in their order, and appends new ones. Neighbours and tree hold their places,
  * and are made anew by the next search, as every geom has left its reach. */
 static bool list_anew(pinch_near_space *s)
@@ -113,8 +122,8 @@ static bool list_anew(pinch_near_space *s)
         if (place >= 0) {
             s->geoms.items[place].left = true;
         } else {
-            s->geoms.items[s->geoms.count] = (near_geom){.geom = s->listed.items[k], .left = true};
-            s->boxes.items[s->geoms.count++] = (near_box){.box = {{NAN, NAN, NAN}, {NAN, NAN, NAN}}};
+            s->geoms.items[s->geoms.count] = new_geom(s->listed.items[k]);
+            s->boxes.items[s->geoms.count++] = nowhere;
         }
     }
     for (int k = 0; k < s->geoms.count; k++) {
@@ -152,6 +161,18 @@ static bool list_geoms(pinch_near_space *s)
     return same || has_the_listed(s) || list_anew(s);
 }
 
+int pinch_near_count(const pinch_near_pairs *near, int space)
+{
+    return near->spaces.items[space]->geoms.count;
+}
+
+dGeomID pinch_near_geom(const pinch_near_pairs *near, int space, int place, bool *is_space)
+{
+    const near_geom *g = &near->spaces.items[space]->geoms.items[place];
+    *is_space = g->is_space;
+    return g->geom;
+}
+
 /* ---- where they are ---- */
 
 static bool is_inside(const pinch_box *box, const pinch_box *reach)
@@ -164,16 +185,19 @@ static bool is_inside(const pinch_box *box, const pinch_box *reach)
 /* Sets the reach of a box which was at `before` in the last step; NaN: nobody knows. */
 static void set_reach(near_geom *g, const pinch_box *box, const pinch_box *before)
 {
-    double shortest = INFINITY;
+    double shortest = INFINITY, longest = 0;
     g->endless = false;
     for (int k = 0; k < 3; k++) {
         double side = box->high[k] - box->low[k];
         g->endless = g->endless || !isfinite(side);
         shortest = fmin(shortest, side);
+        longest = fmax(longest, side);
     }
     for (int k = 0; k < 3; k++) { /* fmax takes the number of a number and NaN */
-        g->reach.low[k] = box->low[k] - BEYOND * shortest - AHEAD * fmax(before->low[k] - box->low[k], 0);
-        g->reach.high[k] = box->high[k] + BEYOND * shortest + AHEAD * fmax(box->high[k] - before->high[k], 0);
+        double down = AHEAD * fmax(before->low[k] - box->low[k], 0),
+               up = AHEAD * fmax(box->high[k] - before->high[k], 0);
+        g->reach.low[k] = box->low[k] - BEYOND * shortest - (down <= longest ? down : 0);
+        g->reach.high[k] = box->high[k] + BEYOND * shortest + (up <= longest ? up : 0);
     }
     if (g->endless) g->reach = *box;
 }
@@ -297,8 +321,7 @@ static bool search_all(pinch_near_space *s)
     for (int k = 0; k < count; k++) {
         s->known.first.items[k] = s->known.later.count;
         if (!find_around(s, k, k)) return false;
-        if (s->found.names.count > 0)
-            qsort(s->found.names.items, (size_t)s->found.names.count, sizeof(int), by_number);
+        if (s->found.names.count > 0) qsort(s->found.names.items, (size_t)s->found.names.count, sizeof(int), by_number);
         for (int i = 0; i < s->found.names.count; i++) {
             int other = s->found.names.items[i];
             if (may_collide(&s->geoms.items[k], &s->geoms.items[other]) && !append(&s->known, other)) return false;
@@ -421,17 +444,32 @@ static pinch_near_space *space_of(pinch_near_pairs *near, dSpaceID space)
         if (near->spaces.items[k]->space == space) return near->spaces.items[k];
         if (near->spaces.items[k]->call < near->spaces.items[oldest]->call) oldest = k;
     }
-    if (count < MOST_SPACES && !PINCH_RESERVE(near->spaces, count + 1)) return NULL;
+    if (count < PINCH_NEAR_MOST_SPACES && !PINCH_RESERVE(near->spaces, count + 1)) return NULL;
     pinch_near_space *s = calloc(1, sizeof *s);
     if (!s) return NULL;
     s->space = space;
-    if (count < MOST_SPACES) {
+    if (count < PINCH_NEAR_MOST_SPACES) {
         near->spaces.items[near->spaces.count++] = s;
     } else {
         free_space(near->spaces.items[oldest]);
         near->spaces.items[oldest] = s;
     }
     return s;
+}
+
+pinch_status pinch_near_remember(pinch_near_pairs *near, dSpaceID space, const dGeomID *geoms, int count)
+{
+    pinch_near_space *s = space_of(near, space);
+    if (!s || !PINCH_RESERVE(s->geoms, count) || !PINCH_RESERVE(s->boxes, count)) return PINCH_OUT_OF_MEMORY;
+    if (s->geoms.count > 0) return PINCH_INVALID_ARGUMENT;
+    for (int k = 0; k < count; k++) {
+        if (pinch_item_index_get(&s->index, keys_of(s), &geoms[k]) >= 0) return PINCH_INVALID_ARGUMENT;
+        if (!pinch_item_index_add(&s->index, keys_of(s), &geoms[k], k)) return PINCH_OUT_OF_MEMORY;
+        s->geoms.items[k] = new_geom(geoms[k]);
+        s->boxes.items[k] = nowhere;
+        s->geoms.count = s->boxes.count = k + 1;
+    }
+    return PINCH_OK;
 }
 
 static bool find_by_neighbours(pinch_near_pairs *near, pinch_workers *workers, pinch_near_space *s)

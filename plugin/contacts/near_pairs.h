@@ -16,6 +16,7 @@
 #include "util/workers.h"
 
 #include <ode/ode.h>
+#include <pinch/problem.h>
 
 typedef struct pinch_near_pair {
     dGeomID geom[2];
@@ -37,6 +38,15 @@ size_t pinch_near_pairs_bytes(const pinch_near_pairs *near);
 
 /* Finds the pairs that dSpaceCollide would call back for. workers may be NULL. Returns false when memory runs out. */
 bool pinch_find_near_pairs(pinch_near_pairs *near, pinch_workers *workers, dSpaceID space);
+
+/* What a snapshot keeps: the geoms of the k-th space in their order. */
+enum { PINCH_NEAR_MOST_SPACES = 8 };
+int pinch_near_count(const pinch_near_pairs *near, int space);
+/* It may have been destroyed. */
+dGeomID pinch_near_geom(const pinch_near_pairs *near, int space, int place, bool *is_space);
+/* Remembers a space that is not known yet. Those of the geoms that it has are first in the order given, when pairs are
+ * found the next time. PINCH_OUT_OF_MEMORY; PINCH_INVALID_ARGUMENT where one is there twice. */
+pinch_status pinch_near_remember(pinch_near_pairs *near, dSpaceID space, const dGeomID *geoms, int count);
 
 /* Appends a pair. Returns false when memory runs out. */
 bool pinch_note_near_pair(pinch_near_pairs *near, dGeomID geom1, dGeomID geom2);

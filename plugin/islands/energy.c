@@ -26,9 +26,13 @@ static double pressed_in(const pinch_contact *c, double d)
  */
 static double pressed_by_hertz(const pinch_contact *c, double part, double d)
 {
-    double k = c->stiffness[0], more = d - c->depth;
+    double k = c->stiffness[0], force = k * c->depth, more = d - c->depth;
     if (!(d > 0) || !(c->depth > 0)) return pressed_in(c, d);
-    return k * c->depth * (c->depth * (0.5 - 0.1 * part) + more) + spring(k / (1 - part / 3), more);
+    if (force < c->max_force) return force * (c->depth * (0.5 - 0.1 * part) + more) + spring(k / (1 - part / 3), more);
+    /* It yields. At the limit, the Hertzian part had less depth by the force to the power of 2/3. */
+    double limit = c->max_force, less = limit / force;
+    double hertz = part * c->depth * cbrt(less * less), linear = (1 - part) * c->depth * less;
+    return limit * (0.4 * hertz + 0.5 * linear + (d - hertz - linear));
 }
 
 /*
@@ -41,7 +45,7 @@ static void add_normal(const pinch_contact *c, double hertz_part, double h, pinc
     double k = c->stiffness[0], w = c->relative_velocity[0], end = c->depth - h * w;
     double pressed = end > 0 ? fmin(k * end, c->max_force) : 0;
     double stored = pressed_in(c, c->depth), left = pressed_in(c, end);
-    if (hertz_part > 0 && fmax(stored, left) <= pressed_in(c, c->max_force / k)) {
+    if (hertz_part > 0) {
         stored = pressed_by_hertz(c, hertz_part, c->depth);
         left = pressed_by_hertz(c, hertz_part, end);
     }
@@ -90,11 +94,16 @@ static void add_drive_rows(const pinch_island_graph *graph, const pinch_problem_
 static void add_pairs(const pinch_contact_store *store, const pinch_problem_buffers *kept, const pinch_island *island,
                       double h, pinch_ode_energy *e)
 {
-    for (int i = 0; i < island->pairs.count; i++) {
+    const pinch_contact *contacts = kept->contacts.items + island->contacts.first;
+    /* Pairs are looked at for Hertz' law alone. They are no longer those of the step where a geom has been forgotten.
+     */
+    bool by_pairs = store->laws_follow_poses && store->same_bodies;
+    for (int i = 0; i < island->contacts.count && !by_pairs; i++) add_contact(&contacts[i], 0, h, e);
+    for (int i = 0; i < island->pairs.count && by_pairs; i++) {
         const pinch_pair *pair = pinch_island_pair(store, island->pairs, i);
         double hertz_part = pair->has_material ? pinch_pair_hertz_part(store, pair) : 0;
-        const pinch_contact *points = &kept->contacts.items[island->contacts.first + pair->first_in_island];
-        for (int k = 0; k < pair->manifold.count; k++) add_contact(&points[k], hertz_part, h, e);
+        for (int k = 0; k < pair->manifold.count; k++)
+            add_contact(&contacts[pair->first_in_island + k], hertz_part, h, e);
     }
 }
 

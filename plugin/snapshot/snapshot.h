@@ -5,6 +5,7 @@
 #ifndef PINCH_SNAPSHOT_SNAPSHOT_H
 #define PINCH_SNAPSHOT_SNAPSHOT_H
 
+#include "contacts/near_pairs.h"
 #include "islands/island_graph.h"
 #include "islands/solver_pool.h"
 #include "snapshot/archive.h"
@@ -33,6 +34,9 @@ void pinch_archive_last_step(pinch_archive *a, pinch_contact_store *contacts, pi
 
 /* snapshot_last_step.c, where nothing else is known of the last step: the forces that rows of joints begin with. */
 void pinch_archive_row_forces(pinch_archive *a, pinch_joint_store *store);
+
+/* snapshot_near.c: the order of geoms in the spaces of pinch_ode_each_pair. For reading, *near is all 0. */
+void pinch_archive_near(pinch_archive *a, pinch_near_pairs *near);
 
 /* snapshot_islands.c: drives, memories, spans of back-off. For reading, the graph is all 0. */
 void pinch_archive_islands(pinch_archive *a, pinch_island_graph *graph);

@@ -389,7 +389,142 @@ static void test_the_oldest_comes_first(void **state)
     }
 }
 
+/* ---- snapshots ---- */
+
+typedef struct sequence {
+    const dGeomID *geoms;
+    int count;
+    uint64_t hash; /* of the numbers of the geoms of each pair, in their order */
+} sequence;
+
+static uint64_t number_in(const sequence *q, dGeomID geom)
+{
+    for (int k = 0; k < q->count; k++)
+        if (q->geoms[k] == geom) return (uint64_t)k;
+    return (uint64_t)q->count; /* an inner space */
+}
+
+static void add_to_sequence(void *data, dGeomID a, dGeomID b)
+{
+    sequence *q = data;
+    q->hash = (q->hash ^ number_in(q, a)) * 1099511628211u;
+    q->hash = (q->hash ^ number_in(q, b)) * 1099511628211u;
+}
+
+/* Some geoms come and go, and some are in an inner space. */
+static void fill(crowd *c)
+{
+    enum { GEOMS = 120, INSIDE = 10 };
+    dSpaceID inner = NULL;
+    for (int k = 0; k < GEOMS; k++) {
+        if (k == GEOMS / 2) inner = dSimpleSpaceCreate(c->space);
+        c->geoms[c->count] = dCreateSphere(inner && k < GEOMS / 2 + INSIDE ? inner : c->space, 0.3);
+        c->speed[c->count] = k % 2 ? 0.05 : 0;
+        place(c, c->geoms[c->count++]);
+    }
+}
+
+static uint64_t look(crowd *c)
+{
+    sequence q = {c->geoms, c->count, 14695981039346656037u};
+    for (int k = 0; k < c->count; k++) move(c, k);
+    assert_int_equal(pinch_ode_each_pair(c->plugin, c->space, &q, add_to_sequence), PINCH_OK);
+    return q.hash;
+}
+
+static pinch_ode_parts parts_of(const crowd *c)
+{
+    return (pinch_ode_parts){.geoms = c->geoms, .geom_count = c->count};
+}
+
+/* Saving has ODE's spaces put what has moved first. The order of pairs goes on as it was, where the snapshot was taken
+ * and where it is restored. */
+static void test_snapshots_keep_the_order(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < 2; kind++) {
+        crowd a, b, untouched;
+        crowd *const all[] = {&a, &b, &untouched};
+        for (int i = 0; i < 3; i++) {
+            start(all[i], kind ? dHashSpaceCreate(NULL) : dSimpleSpaceCreate(NULL), 11);
+            fill(all[i]);
+        }
+        void *bytes = NULL;
+        for (int round = 0; round < 20; round++) {
+            assert_true(look(&a) == look(&untouched));
+            if (round % 6 != 5) continue;
+            pinch_ode_parts parts = parts_of(&a);
+            size_t size = 0;
+            free(bytes);
+            assert_int_equal(pinch_ode_save(a.plugin, &parts, NULL, &size), PINCH_OK);
+            bytes = malloc(size);
+            assert_int_equal(pinch_ode_save(a.plugin, &parts, bytes, &size), PINCH_OK);
+            parts = parts_of(&b);
+            assert_int_equal(pinch_ode_restore(b.plugin, &parts, bytes, size), PINCH_OK);
+            b.seed = a.seed;
+        }
+        b.seed = untouched.seed = a.seed;
+        size_t size = 0;
+        pinch_ode_parts of_a = parts_of(&a), of_b = parts_of(&b);
+        free(bytes);
+        assert_int_equal(pinch_ode_save(a.plugin, &of_a, NULL, &size), PINCH_OK);
+        bytes = malloc(size);
+        assert_int_equal(pinch_ode_save(a.plugin, &of_a, bytes, &size), PINCH_OK);
+        assert_int_equal(pinch_ode_restore(b.plugin, &of_b, bytes, size), PINCH_OK);
+        for (int round = 0; round < 20; round++) {
+            uint64_t hash = look(&a);
+            assert_true(look(&b) == hash && look(&untouched) == hash);
+        }
+        free(bytes);
+        for (int i = 0; i < 3; i++) finish(all[i]);
+    }
+}
+
+/* ---- what was far away once ---- */
+
+/* A geom that was put elsewhere for a step has no reach through all the others. */
+static void test_a_jump_does_not_last(void **state)
+{
+    (void)state;
+    enum { FAR = 50 };
+    crowd c;
+    start(&c, dHashSpaceCreate(NULL), 1);
+    for (int k = 0; k < MOST_GEOMS; k++) {
+        c.geoms[c.count++] = dCreateSphere(c.space, 0.1);
+        dGeomSetPosition(c.geoms[k], k, 0, 0);
+    }
+    static found_pairs found;
+    assert_int_equal(pinch_ode_each_pair(c.plugin, c.space, &found, note_pair), PINCH_OK);
+    size_t before = pinch_ode_statistics(c.plugin).memory;
+    for (int round = 0; round < 4; round++) { /* all, there and back */
+        for (int k = 0; k < MOST_GEOMS; k++) dGeomSetPosition(c.geoms[k], k + (round % 2 ? 0 : FAR), 0, 0);
+        assert_int_equal(pinch_ode_each_pair(c.plugin, c.space, &found, note_pair), PINCH_OK);
+    }
+    assert_int_equal(found.count, 0);
+    assert_true(pinch_ode_statistics(c.plugin).memory < before + 100 * MOST_GEOMS);
+    finish(&c);
+}
+
 /* ---- calls ---- */
+
+static void disable_both(void *data, dGeomID a, dGeomID b)
+{
+    crowd *c = data;
+    dGeomDisable(a);
+    dGeomDisable(b);
+    c->count++;
+}
+
+static void test_near_may_disable_geoms(void **state)
+{
+    (void)state;
+    crowd c;
+    start(&c, dHashSpaceCreate(NULL), 3);
+    for (int k = 0; k < 5; k++) dCreateSphere(c.space, 1);
+    assert_int_equal(pinch_ode_each_pair(c.plugin, c.space, &c, disable_both), PINCH_OK);
+    assert_int_equal(c.count, 2);
+    finish(&c);
+}
 
 static void collide_again(void *data, dGeomID a, dGeomID b)
 {
@@ -445,11 +580,10 @@ static void test_many_spaces(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_all_pairs_are_found),
-        cmocka_unit_test(test_a_pair_that_hash_spaces_lose),
-        cmocka_unit_test(test_the_oldest_comes_first),
-        cmocka_unit_test(test_wrong_calls_are_refused),
-        cmocka_unit_test(test_many_spaces),
+        cmocka_unit_test(test_all_pairs_are_found),     cmocka_unit_test(test_a_pair_that_hash_spaces_lose),
+        cmocka_unit_test(test_the_oldest_comes_first),  cmocka_unit_test(test_snapshots_keep_the_order),
+        cmocka_unit_test(test_a_jump_does_not_last),    cmocka_unit_test(test_near_may_disable_geoms),
+        cmocka_unit_test(test_wrong_calls_are_refused), cmocka_unit_test(test_many_spaces),
     };
     return cmocka_run_group_tests(tests, make_class, close_ode);
 }

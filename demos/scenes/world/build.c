@@ -95,6 +95,7 @@ static world_status add_finger(world *w, const scene_finger *f)
         for (int i = 0; i < 3; i++)
             position[i] += FORCE_CONTROL_OVERLAP * w->scene->objects[0].shape.bounding_radius * f->normal[i];
     finger->finger = f;
+    finger->state.least_margin = NAN;
     finger->tip = world_make_geom(&f->tip);
     if (!finger->tip) return WORLD_NO_MEMORY;
     w->finger_count++;

@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char FORMAT[16] = "pinch-run/2";
+static const char FORMAT[16] = "pinch-run/3";
 
 /* ---- The tape ---- */
 
@@ -223,6 +223,8 @@ static void tape_finger(tape *t, world_finger *finger)
     TAPE(t, s->elastic);
     TAPE(t, s->slip);
     TAPE(t, s->slip_total);
+    TAPE(t, s->least_margin);
+    TAPE(t, s->stiffness);
     TAPE(t, s->peak_normal_force);
 }
 

@@ -263,6 +263,7 @@ static world_status add_link(world *w, world_hand *h, int index, size_t link)
         finger->body = body;
         finger->object = k;
         finger->hand = index + 1;
+        finger->state.least_margin = NAN;
         memcpy(finger->state.point, dBodyGetPosition(body), sizeof finger->state.point);
     }
     for (size_t i = 0; i < model->geom_count; i++) {

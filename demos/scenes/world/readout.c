@@ -68,7 +68,7 @@ static double margin_of(const point_reading *p)
 {
     if (!(p->friction_limit > 0)) return NAN;
     double turning = p->torsion_limit > 0 ? p->torsion / p->torsion_limit : 0;
-    return 1 - hypot(scene_norm(p->tangential) / p->friction_limit, turning);
+    return fmax(1 - hypot(scene_norm(p->tangential) / p->friction_limit, turning), 0); /* pyramids reach beyond */
 }
 
 static void add_point(dBodyID object, world_finger_state *s, finger_sums *sums, const point_reading *p)

@@ -188,11 +188,16 @@ PINCH_API pinch_status pinch_ode_add_contact(pinch_ode *plugin, const dContact *
 
 /*
  * Does what dSpaceCollide does, for less: calls `near` once for each pair of geoms in the space whose boxes overlap.
- * The pairs are the same, but they come in another order. ODE's changes with each geom that moves; here the geom that
- * came into the space first comes first, in simple and hash spaces, so that what is handed over keeps its order from
- * step to step. Which geoms are close to each other is kept as well, and found out anew only for those that have left
- * the place where they were looked for. Pairs with an inner space are given as they are, as by dSpaceCollide. `near`
- * may hand over contacts; it must not change the space.
+ * The pairs are those of dSpaceCollide, but that hash spaces lose some, geoms with a size of 0 meet others here, and
+ * pairs with an inner space are given without the test of a geom's class (dGeomClass.aabb_test). They come in another
+ * order: ODE's changes with each geom that moves; here the geom that was seen first comes first, and of those that are
+ * new, in simple and hash spaces, the one that came into the space first, if none of them has moved since. So what is
+ * handed over keeps its order from step to step. A geom is known by its address, also where that was another one's
+ * before.
+ *
+ * Which geoms are close to each other is kept as well, and found out anew only for those that have left the place where
+ * they were looked for. `near` may hand over contacts and disable geoms; it must not move or destroy them, nor change
+ * the space.
  */
 PINCH_API pinch_status pinch_ode_each_pair(pinch_ode *plugin, dSpaceID space, void *context, dNearCallback *near);
 
@@ -568,7 +573,8 @@ PINCH_API void pinch_ode_reset_statistics(pinch_ode *plugin);
  * starts from. Positions and velocities alone do not bring a grasp back. A snapshot has all that the next step depends
  * on: contact histories, materials, drives, servos, couplings, what was noted of joints, spans of back-off,
  * statistics; and of the world the pose, velocity, force and enabled state of each body, the poses of geoms
- * without a body, the order of geoms in simple and hash spaces, and the seed of ODE's random numbers.
+ * without a body, the order of geoms in simple and hash spaces and of
+ * pinch_ode_each_pair, and the seed of ODE's random numbers.
  *
  * It is restored into the same world, or into another one that was built in the same way, also in another process. A
  * world that was restored, and the one that went on after it was saved, do the same from there, to the bit. What the
