@@ -166,11 +166,9 @@ int pinch_near_count(const pinch_near_pairs *near, int space)
     return near->spaces.items[space]->geoms.count;
 }
 
-dGeomID pinch_near_geom(const pinch_near_pairs *near, int space, int place, bool *is_space)
+dGeomID pinch_near_geom(const pinch_near_pairs *near, int space, int place)
 {
-    const near_geom *g = &near->spaces.items[space]->geoms.items[place];
-    *is_space = g->is_space;
-    return g->geom;
+    return near->spaces.items[space]->geoms.items[place].geom;
 }
 
 /* ---- where they are ---- */

@@ -43,7 +43,7 @@ bool pinch_find_near_pairs(pinch_near_pairs *near, pinch_workers *workers, dSpac
 enum { PINCH_NEAR_MOST_SPACES = 8 };
 int pinch_near_count(const pinch_near_pairs *near, int space);
 /* It may have been destroyed. */
-dGeomID pinch_near_geom(const pinch_near_pairs *near, int space, int place, bool *is_space);
+dGeomID pinch_near_geom(const pinch_near_pairs *near, int space, int place);
 /* Remembers a space that is not known yet. Those of the geoms that it has are first in the order given, when pairs are
  * found the next time. PINCH_OUT_OF_MEMORY; PINCH_INVALID_ARGUMENT where one is there twice. */
 pinch_status pinch_near_remember(pinch_near_pairs *near, dSpaceID space, const dGeomID *geoms, int count);

@@ -10,19 +10,22 @@
 #include <limits.h>
 #include <stdlib.h>
 
-/* An inner space is archived as one of the parts' geoms in it; itself, which is none of the parts, where there is none.
- */
-static dGeomID member_of(const pinch_ode_parts *parts, dGeomID space)
+/* An inner space is archived as one of the parts' geoms in it. Returns NULL where `geom` is none. */
+static dGeomID member_of(const pinch_archive *a, dGeomID geom)
 {
+    const pinch_ode_parts *parts = a->parts;
+    if (pinch_item_index_get(&a->geoms, (pinch_item_keys){parts->geoms, sizeof geom, 0}, &geom) >= 0) return NULL;
     for (int i = 0; i < parts->geom_count; i++)
-        if ((dGeomID)dGeomGetSpace(parts->geoms[i]) == space) return parts->geoms[i];
-    return space;
+        if ((dGeomID)dGeomGetSpace(parts->geoms[i]) == geom) return parts->geoms[i];
+    return NULL;
 }
 
-static void archive_near_geom(pinch_archive *a, dGeomID *geom, bool is_space)
+static void archive_near_geom(pinch_archive *a, dGeomID *geom)
 {
+    dGeomID member = a->reading ? NULL : member_of(a, *geom);
+    bool is_space = member != NULL;
+    if (is_space) *geom = member;
     pinch_archive_flag(a, &is_space);
-    if (!a->reading && is_space) *geom = member_of(a->parts, *geom);
     pinch_archive_old_geom(a, geom);
     if (!a->reading || !is_space || pinch_archive_is_gone(*geom) || a->status != PINCH_OK) return;
     *geom = (dGeomID)dGeomGetSpace(*geom);
@@ -47,9 +50,8 @@ static void archive_near_space(pinch_archive *a, pinch_near_pairs *near, int num
         return;
     }
     for (int i = 0; i < count && a->status == PINCH_OK; i++) {
-        bool is_space = false;
-        if (!a->reading) geoms[i] = pinch_near_geom(near, number, i, &is_space);
-        archive_near_geom(a, &geoms[i], is_space);
+        if (!a->reading) geoms[i] = pinch_near_geom(near, number, i);
+        archive_near_geom(a, &geoms[i]);
     }
     dSpaceID space = a->reading && a->status == PINCH_OK ? space_of(geoms, count) : NULL;
     if (space) {

@@ -471,6 +471,9 @@ static void test_snapshots_keep_the_order(void **state)
         bytes = malloc(size);
         assert_int_equal(pinch_ode_save(a.plugin, &of_a, bytes, &size), PINCH_OK);
         assert_int_equal(pinch_ode_restore(b.plugin, &of_b, bytes, size), PINCH_OK);
+        /* what was restored is saved and restored once more */
+        assert_int_equal(pinch_ode_save(b.plugin, &of_b, bytes, &size), PINCH_OK);
+        assert_int_equal(pinch_ode_restore(b.plugin, &of_b, bytes, size), PINCH_OK);
         for (int round = 0; round < 20; round++) {
             uint64_t hash = look(&a);
             assert_true(look(&b) == hash && look(&untouched) == hash);
