@@ -16,19 +16,14 @@ static pinch_contact_model model_of(scene_model model)
     }
 }
 
-static double in_series(double a, double b)
-{
-    return a + b > 0 ? a * b / (a + b) : 0;
-}
-
 /* What the object is of gives way, too, and the smaller friction counts. */
 static void add_object(const scene_object *object, pinch_finger *f)
 {
     if (!object->has_material) return;
-    f->stiffness[0] = in_series(f->stiffness[0], object->stiffness.normal);
+    f->stiffness[0] = scene_in_series(f->stiffness[0], object->stiffness.normal);
     f->friction = fmin(f->friction, object->friction.static_);
     if (f->friction > 0)
-        f->stiffness[1] = in_series(f->stiffness[1], object->stiffness.tangential);
+        f->stiffness[1] = scene_in_series(f->stiffness[1], object->stiffness.tangential);
     else
         f->model = PINCH_CONTACT_FRICTIONLESS;
 }

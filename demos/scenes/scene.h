@@ -106,6 +106,12 @@ typedef struct scene_damping {
     double torsional;  /* N m s/rad, >= 0; default 0 */
 } scene_damping;
 
+/* Of two springs or dampers one behind the other, whose compliances add. */
+static inline double scene_in_series(double a, double b)
+{
+    return a + b > 0 ? a * b / (a + b) : 0;
+}
+
 typedef struct scene_friction {
     double static_; /* coefficient, >= 0; 0 for frictionless */
     double kinetic; /* 0 <= kinetic <= static_; default: static_ */

@@ -117,31 +117,23 @@ static pinch_status detect_alone(pinch_detection *d, pinch_take_contacts *take, 
 
 /* ---- pairs ---- */
 
-typedef struct inner_pairs {
-    pinch_near_pairs *near;
-    bool done;
-} inner_pairs;
-
-static void look_inside(void *context, dGeomID a, dGeomID b)
+static void look_inside(void *near, dGeomID a, dGeomID b)
 {
-    inner_pairs *p = context;
     if (dGeomIsSpace(a) || dGeomIsSpace(b))
-        dSpaceCollide2(a, b, context, look_inside);
+        dSpaceCollide2(a, b, near, look_inside);
     else
-        p->done = p->done && pinch_note_near_pair(p->near, a, b);
+        pinch_note_near_pair(near, a, b);
 }
 
 /* Puts pairs of geoms in the places of pairs with spaces. */
 static bool open_spaces(pinch_detection *d)
 {
     int count = d->near.pairs.count;
-    inner_pairs inner = {&d->near, true};
     if (!PINCH_RESERVE(d->whole, count)) return false;
     if (count > 0) memcpy(d->whole.items, d->near.pairs.items, (size_t)count * sizeof *d->whole.items);
     d->near.pairs.count = 0;
-    for (int k = 0; k < count && inner.done; k++)
-        look_inside(&inner, d->whole.items[k].geom[0], d->whole.items[k].geom[1]);
-    return inner.done;
+    for (int k = 0; k < count; k++) look_inside(&d->near, d->whole.items[k].geom[0], d->whole.items[k].geom[1]);
+    return !d->near.no_memory;
 }
 
 pinch_status pinch_detect(pinch_detection *d, pinch_workers *workers, const pinch_detection_request *request,

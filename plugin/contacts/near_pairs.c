@@ -392,11 +392,17 @@ static bool search_again(pinch_near_space *s)
 
 /* ---- pairs ---- */
 
-bool pinch_note_near_pair(pinch_near_pairs *near, dGeomID a, dGeomID b)
+static void note(pinch_near_pairs *near, dGeomID a, dGeomID b, bool with_space)
 {
-    if (!PINCH_RESERVE(near->pairs, near->pairs.count + 1)) return false;
+    near->no_memory = near->no_memory || !PINCH_RESERVE(near->pairs, near->pairs.count + 1);
+    if (near->no_memory) return;
     near->pairs.items[near->pairs.count++] = (pinch_near_pair){.geom = {a, b}};
-    return true;
+    near->with_spaces = near->with_spaces || with_space;
+}
+
+void pinch_note_near_pair(void *context, dGeomID a, dGeomID b)
+{
+    note(context, a, b, dGeomIsSpace(a) || dGeomIsSpace(b));
 }
 
 static bool compare_boxes(const pinch_near_space *s, pinch_near_pairs *near)
@@ -406,31 +412,11 @@ static bool compare_boxes(const pinch_near_space *s, pinch_near_pairs *near)
         if (!one->is_enabled) continue;
         for (int i = s->known.first.items[k]; i < s->known.first.items[k + 1]; i++) {
             const near_box *other = &s->boxes.items[s->known.later.items[i]];
-            if (!other->is_enabled || !pinch_boxes_overlap(&one->box, &other->box)) continue;
-            if (!pinch_note_near_pair(near, one->geom, other->geom)) return false;
-            near->with_spaces = near->with_spaces || one->is_space || other->is_space;
+            if (other->is_enabled && pinch_boxes_overlap(&one->box, &other->box))
+                note(near, one->geom, other->geom, one->is_space || other->is_space);
         }
     }
-    return true;
-}
-
-typedef struct ode_pairs {
-    pinch_near_pairs *near;
-    bool done;
-} ode_pairs;
-
-static void take_pair(void *context, dGeomID a, dGeomID b)
-{
-    ode_pairs *p = context;
-    p->done = p->done && pinch_note_near_pair(p->near, a, b);
-    p->near->with_spaces = p->near->with_spaces || dGeomIsSpace(a) || dGeomIsSpace(b);
-}
-
-static bool ask_ode(dSpaceID space, pinch_near_pairs *near)
-{
-    ode_pairs p = {near, true};
-    dSpaceCollide(space, &p, take_pair);
-    return p.done;
+    return !near->no_memory;
 }
 
 /* Returns what is known of a space, for one that is new in the place of the one that was not asked about for longest.
@@ -483,9 +469,12 @@ bool pinch_find_near_pairs(pinch_near_pairs *near, pinch_workers *workers, dSpac
 {
     near->calls++;
     near->pairs.count = 0;
-    near->with_spaces = false;
+    near->with_spaces = near->no_memory = false;
     /* Quadtree spaces do not list their geoms. */
-    if (dSpaceGetClass(space) == dQuadTreeSpaceClass) return ask_ode(space, near);
+    if (dSpaceGetClass(space) == dQuadTreeSpaceClass) {
+        dSpaceCollide(space, near, pinch_note_near_pair);
+        return !near->no_memory;
+    }
     pinch_near_space *s = space_of(near, space);
     if (s && find_by_neighbours(near, workers, s)) return true;
     if (s) s->listed.count = s->geoms.count = 0, pinch_item_index_clear(&s->index); /* which may be half done */

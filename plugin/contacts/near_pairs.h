@@ -30,6 +30,7 @@ typedef struct pinch_near_pairs {
     PINCH_LIST(pinch_near_pair) pairs;
     PINCH_LIST(pinch_near_space *) spaces; /* those that were asked about, with their neighbours */
     bool with_spaces;                      /* among the geoms of pairs */
+    bool no_memory;                        /* for a pair that was to be noted */
     unsigned long calls;
 } pinch_near_pairs;
 
@@ -48,7 +49,7 @@ dGeomID pinch_near_geom(const pinch_near_pairs *near, int space, int place);
  * found the next time. PINCH_OUT_OF_MEMORY; PINCH_INVALID_ARGUMENT where one is there twice. */
 pinch_status pinch_near_remember(pinch_near_pairs *near, dSpaceID space, const dGeomID *geoms, int count);
 
-/* Appends a pair. Returns false when memory runs out. */
-bool pinch_note_near_pair(pinch_near_pairs *near, dGeomID geom1, dGeomID geom2);
+/* A near callback of ODE's, whose context is a pinch_near_pairs: appends a pair, or notes that there is no memory. */
+void pinch_note_near_pair(void *near, dGeomID geom1, dGeomID geom2);
 
 #endif

@@ -18,11 +18,6 @@ bool world_contact_room(world *w, int count)
     return true;
 }
 
-static double in_series(double a, double b)
-{
-    return a + b > 0 ? a * b / (a + b) : 0;
-}
-
 static double friction_of(const pinch_material *m)
 {
     return m->model == PINCH_CONTACT_FRICTIONLESS ? 0 : m->friction;
@@ -32,8 +27,8 @@ static double friction_of(const pinch_material *m)
 void world_set_surface(const world *w, world_contact *c)
 {
     const pinch_material *m = c->material, *other = c->other;
-    double stiffness = other ? in_series(m->stiffness[0], other->stiffness[0]) : m->stiffness[0];
-    double damping = other ? in_series(m->damping[0], other->damping[0]) : m->damping[0];
+    double stiffness = other ? scene_in_series(m->stiffness[0], other->stiffness[0]) : m->stiffness[0];
+    double damping = other ? scene_in_series(m->damping[0], other->damping[0]) : m->damping[0];
     double h = w->scene->step, g = (h * stiffness + damping) / c->sharing;
     c->contact.surface.mode = dContactSoftERP | dContactSoftCFM | dContactApprox1;
     c->contact.surface.mu = other ? fmin(friction_of(m), friction_of(other)) : friction_of(m);
