@@ -69,19 +69,14 @@ static world_status collide_two(world *w, dGeomID a, dGeomID b, int owner, const
     return WORLD_OK;
 }
 
-/* NULL where the scene does not say what the object is of. */
-static const pinch_material *material_of(const world *w, int object)
-{
-    return w->scene->objects[object].has_material ? &w->objects[object].material : NULL;
-}
-
 /* The first object is tested against everything. Tips that can be stopped are tested against the other tips and the
  * environment, too. */
 static world_status collide_fingers(world *w)
 {
     world_status status = WORLD_OK;
     for (int i = 0; i < w->geom_count && status == WORLD_OK; i++)
-        status = collide_two(w, w->objects[0].geom, w->geoms[i], w->categories[i], material_of(w, 0), &w->materials[i]);
+        status = collide_two(w, w->objects[0].geom, w->geoms[i], w->categories[i], world_object_material(w, 0),
+                             &w->materials[i]);
     for (int i = 0; i < w->geom_count; i++) {
         if (w->categories[i] < 0 || w->hand_geoms[i].hand) continue;
         for (int k = 0; k < w->geom_count && status == WORLD_OK; k++) {
@@ -102,10 +97,10 @@ static world_status collide_objects(world *w)
         for (int i = 0; i < w->geom_count && status == WORLD_OK; i++) {
             int first = w->categories[i];
             status = collide_two(w, w->objects[k].geom, w->geoms[i], w->hand_geoms[i].hand ? first + k : -1,
-                                 material_of(w, k), &w->materials[i]);
+                                 world_object_material(w, k), &w->materials[i]);
         }
         for (int i = 0; i < k && status == WORLD_OK; i++) {
-            const pinch_material *one = material_of(w, i), *other = material_of(w, k);
+            const pinch_material *one = world_object_material(w, i), *other = world_object_material(w, k);
             if (!one && !other) other = &w->objects[k].material;
             status = collide_two(w, w->objects[i].geom, w->objects[k].geom, -1, one, other);
         }

@@ -265,15 +265,15 @@ void world_contact_wrench(const world *w, int object, double force[3], double mo
     }
 }
 
-/* NULL where the scene does not say what the object is of. */
-static const pinch_material *material_of_object(const world *w, const world_finger *finger)
+const pinch_material *world_object_material(const world *w, int object)
 {
-    return w->scene->objects[finger->object].has_material ? &w->objects[finger->object].material : NULL;
+    return w->scene->objects[object].has_material ? &w->objects[object].material : NULL;
 }
 
-double world_friction(const world *w, const world_finger *finger)
+/* The smaller of the finger's coefficients of friction and those of its object, if it has any. */
+static double friction_of(const world *w, const world_finger *finger)
 {
-    const pinch_material *object = material_of_object(w, finger);
+    const pinch_material *object = world_object_material(w, finger->object);
     double own = finger->finger->friction.static_;
     return object ? fmin(own, object->friction) : own;
 }
@@ -281,7 +281,7 @@ double world_friction(const world *w, const world_finger *finger)
 double world_slip_margin(const world *w, const world_finger *finger)
 {
     const world_finger_state *s = &finger->state;
-    double friction = world_friction(w, finger), torsional = finger->finger->torsional_friction;
+    double friction = friction_of(w, finger), torsional = finger->finger->torsional_friction;
     if (!(s->normal_force > 0) || !(friction > 0)) return NAN;
     double reach = scene_norm(s->tangential_force) / friction;
     if (torsional > 0) reach = hypot(reach, s->torsional_moment / torsional);
@@ -297,7 +297,7 @@ double world_least_margin(const world *w, const world_finger *finger)
 double world_normal_displacement(const world *w, const world_finger *finger)
 {
     const world_finger_state *s = &finger->state;
-    const pinch_material *object = material_of_object(w, finger);
+    const pinch_material *object = world_object_material(w, finger->object);
     if (!(finger->finger->stiffness.hertz > 0) || !(s->stiffness > 0))
         return s->normal_force / finger->finger->stiffness.normal;
     double both = s->normal_force / s->stiffness; /* in series */

@@ -198,8 +198,8 @@ pinch_solve_status world_solve_status(const world *w);
 /* A link that has not touched its object in this run is not shown. */
 bool world_finger_is_shown(const world_finger *finger);
 
-/* The smaller of the finger's coefficients of friction and those of its object, if it has any. */
-double world_friction(const world *w, const world_finger *finger);
+/* What the scene says that the object is of; NULL where it says nothing. */
+const pinch_material *world_object_material(const world *w, int object);
 
 /* The part of its friction that a finger has left: 1 - |r_t| / (mu r_n), with the torsional part, of its forces added
  * up and the static coefficient. NAN where undefined. */
