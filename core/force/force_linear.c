@@ -372,6 +372,13 @@ void pinch_force_solve_again(pinch_force_system *s)
     pinch_block_lu_solve(&s->lu, s->crew, s->rhs);
 }
 
+bool pinch_force_plan_for_split(pinch_arena *arena, pinch_force_system *s, bool *complete)
+{
+    if ((!s->planned || s->iterative) && !plan(arena, s, false)) return false;
+    *complete = !s->iterative;
+    return true;
+}
+
 bool pinch_force_stop_iterating(pinch_arena *arena, pinch_force_system *s)
 {
     return s->iterative && plan(arena, s, true) && !s->too_large;

@@ -104,14 +104,18 @@ bool pinch_force_may_split(pinch_arena *arena, pinch_force_system *s, int sweeps
 {
     if (s->multiplier_count > 0 || pinch_force_height(arena, s) <= sweeps) return !arena->failed;
     s->split_products = FOR_A_SWEEP * sweeps * s->element_count;
-    if (!pinch_force_clear_rhs(arena, s)) return false;
-    if (s->iterative) s->split_products = 0;
+    bool complete;
+    if (!pinch_force_plan_for_split(arena, s, &complete)) return false;
+    if (!complete) s->split_products = 0;
     return true;
 }
 
 bool pinch_force_split(pinch_arena *arena, pinch_force_system *s, bool *done)
 {
+    bool complete;
     *done = false;
+    if (!pinch_force_plan_for_split(arena, s, &complete)) return false;
+    if (!complete) return true;
     pinch_loop(s->crew, s->element_count, begin_elements, s);
     double change = INFINITY;
     for (int step = 0; step < LEAST_STEPS || (step < MOST_STEPS && change > SETTLED); step++) {

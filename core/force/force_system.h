@@ -282,8 +282,8 @@ int pinch_force_height(pinch_arena *arena, const pinch_force_system *system);
 bool pinch_force_may_split(pinch_arena *arena, pinch_force_system *system, int sweeps);
 
 /*
- * Brings the forces of free bodies, from where they are, near their laws by steps of (74), all with the same factors,
- * which have been planned. *done tells whether these were found. Returns false when memory ran out.
+ * Brings the forces of free bodies, from where they are, near their laws by steps of (74), all with the same complete
+ * factors, where there may be such. *done tells whether these were found. Returns false when memory ran out.
  */
 bool pinch_force_split(pinch_arena *arena, pinch_force_system *system, bool *done);
 
@@ -424,6 +424,10 @@ bool pinch_force_begin_rows(pinch_arena *arena, pinch_force_system *system);
  * there afterwards.
  */
 bool pinch_force_solve_linear(pinch_arena *arena, pinch_force_system *system, double merit, bool *singular);
+
+/* Plans complete factors that may take system->split_products, where there are none: Newton's method may have gone over
+ * to an iteration. *complete tells whether there are such now. Returns false when memory ran out. */
+bool pinch_force_plan_for_split(pinch_arena *arena, pinch_force_system *system, bool *complete);
 
 /* Clears the right hand side of a linear system of the bodies, which is in the order of q where there are no
  * multipliers. Returns it, or NULL when memory ran out. */

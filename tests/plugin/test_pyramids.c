@@ -9,7 +9,7 @@
 #include <pinch/ode.h>
 #include <string.h>
 
-enum { MOST_COURSES = 10, MOST_BOXES = MOST_COURSES * (MOST_COURSES + 1) / 2, POINTS = 8, STEPS = 600 };
+enum { COURSES = 10, TALL = 100, MOST_BOXES = TALL * (TALL + 1) / 2, POINTS = 8, STEPS = 600 };
 static const double STEP = 0.01, SIZE = 0.25, MASS = 1, CFM = 1e-5, GRAVITY = 9.81;
 
 typedef struct pyramid {
@@ -35,7 +35,7 @@ static void add_box(pyramid *p, double depth, double x, double z)
 }
 
 /* Lays boxes over the joints of the course below, pressed in by what will lie on them. Odd courses are set back. */
-static void pyramid_make(pyramid *p, int courses, double gap)
+static void pyramid_make(pyramid *p, int courses, double gap, pinch_ode_stepper stepper)
 {
     memset(p, 0, sizeof *p);
     p->world = dWorldCreate();
@@ -44,6 +44,7 @@ static void pyramid_make(pyramid *p, int courses, double gap)
     dWorldSetCFM(p->world, CFM);
     dCreatePlane(p->space, 0, 0, 1, 0);
     pinch_ode_settings settings = pinch_ode_default_settings();
+    settings.stepper = stepper;
     assert_int_equal(pinch_ode_create(p->world, &settings, &p->plugin), PINCH_OK);
     double stiffness = dWorldGetERP(p->world) / (STEP * CFM), top = 0;
     for (int course = 0; course < courses; course++) {
@@ -80,8 +81,8 @@ static void pyramid_free(pyramid *p)
 
 static void stands_and_rests(int courses, double gap)
 {
-    pyramid p;
-    pyramid_make(&p, courses, gap);
+    static pyramid p;
+    pyramid_make(&p, courses, gap, PINCH_ODE_WORLDSTEP);
     for (int step = 0; step < STEPS; step++) {
         dSpaceCollide(p.space, &p, near_callback);
         assert_int_equal(pinch_ode_step(p.plugin, STEP), PINCH_OK);
@@ -107,19 +108,38 @@ static void stands_and_rests(int courses, double gap)
 static void neighbours_that_touch(void **state)
 {
     (void)state;
-    for (int courses = 3; courses <= MOST_COURSES; courses++) stands_and_rests(courses, 0);
+    for (int courses = 3; courses <= COURSES; courses++) stands_and_rests(courses, 0);
 }
 
 static void neighbours_apart(void **state)
 {
     (void)state;
-    stands_and_rests(MOST_COURSES, 0.004);
+    stands_and_rests(COURSES, 0.004);
+}
+
+/* In the first step there are no forces of the last one, and factors in single precision do not serve. */
+static void tall_one_begins_to_stand(void **state)
+{
+    (void)state;
+    static pyramid p;
+    pyramid_make(&p, TALL, 0.004, PINCH_ODE_QUICKSTEP);
+    for (int step = 0; step < 2; step++) {
+        assert_int_equal(pinch_ode_each_pair(p.plugin, p.space, &p, near_callback), PINCH_OK);
+        assert_int_equal(pinch_ode_step(p.plugin, STEP), PINCH_OK);
+    }
+    double fastest = 0;
+    for (int k = 0; k < p.count; k++) fastest = fmax(fastest, dCalcVectorLength3(dBodyGetLinearVel(p.body[k])));
+    print_message("%d boxes: up to %.1e m/s, residual %.1e N\n", p.count, fastest,
+                  pinch_ode_statistics(p.plugin).residual_max);
+    assert_true(fastest < 0.1 * STEP * GRAVITY);
+    pyramid_free(&p);
 }
 
 int main(void)
 {
     dInitODE2(0);
-    const struct CMUnitTest tests[] = {cmocka_unit_test(neighbours_that_touch), cmocka_unit_test(neighbours_apart)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(neighbours_that_touch), cmocka_unit_test(neighbours_apart),
+                                       cmocka_unit_test(tall_one_begins_to_stand)};
     int failed = cmocka_run_group_tests_name("pyramids", tests, NULL, NULL);
     dCloseODE();
     return failed;
