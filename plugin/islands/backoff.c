@@ -56,9 +56,10 @@ static bool recent(const pinch_backed_off *e, long now)
 
 bool pinch_backoff_holds(const pinch_step_context *context, const pinch_island_graph *graph, const pinch_island *island)
 {
+    bool may_be_swept = pinch_island_may_be_swept(context, island);
     for (int k = 0; k < island->bodies.count && graph->backoff.count > 0; k++) {
         const pinch_backed_off *e = find(&graph->backoff, pinch_island_body(&graph->bodies, island->bodies, k)->body);
-        if (!e || context->number >= e->until) continue;
+        if (!e || context->number >= e->until || (e->swept && !may_be_swept)) continue;
         bool holds = e->joints ? context->solve_and_advance && island->joints.range.count >= e->size
                                : size_of(island) >= e->size;
         if (holds) return true;
@@ -114,13 +115,13 @@ void pinch_judge_fallback(const pinch_step_context *context, pinch_island_graph 
     drop_recovered(b, now);
     for (int k = 0; k < island->bodies.count; k++) {
         const pinch_backed_off *e = find(b, pinch_island_body(&graph->bodies, island->bodies, k)->body);
-        long twice = e && recent(e, now) ? 2 * e->span + (e->span == 0) : 0;
+        long twice = e && e->swept == swept && recent(e, now) ? 2 * e->span + (e->span == 0) : 0;
         if (twice > span) span = twice;
     }
     long longest = swept ? LONGEST_SWEPT : LONGEST_SPAN;
     if (span > longest) span = longest;
     int size = joints ? island->joints.range.count : size_of(island);
-    pinch_backed_off entry = {.until = now + 1 + span, .span = span, .joints = joints};
+    pinch_backed_off entry = {.until = now + 1 + span, .span = span, .joints = joints, .swept = swept};
     entry.size = size > 1 ? size / 2 : 1; /* what it may fall apart into */
     for (int k = 0; k < island->bodies.count; k++) {
         entry.body = pinch_island_body(&graph->bodies, island->bodies, k)->body;

@@ -22,16 +22,23 @@ static const double LEAST_AGAIN = 2e5, FOR_A_SWEEP_AGAIN = 4;
 /* Where worldstep takes longer than anybody waits, Pinch does not. */
 static const double MOST_OF_CUBE = 2e8;
 
+/* Contacts of free bodies: worldstep takes 20 s for MANY, and minutes for TOO_MANY. What Pinch cannot
+ * solve of the former is swept rather than left to it, and the latter get the budget that they have under quickstep. An
+ * exact answer for fewer than TOO_MANY does not take long in any case, where there is one. */
+enum { MANY = 1000, TOO_MANY = 2000 };
+
 bool pinch_island_may_be_swept(const pinch_step_context *context, const pinch_island *island)
 {
-    if (context->settings.stepper != PINCH_ODE_QUICKSTEP) return false; /* dWorldStep is asked for its direct method */
+    /* dWorldStep is asked for its direct method */
+    if (context->settings.stepper == PINCH_ODE_WORLDSTEP && island->contacts.count <= MANY) return false;
     return island->joints.range.count == 0 && island->joints.couplings.count == 0 && island->drive_rows == 0;
 }
 
 double pinch_budget_of(const pinch_step_context *context, const pinch_island *island, bool again)
 {
     double n = island->contacts.count + island->joints.row_count / 3.0, least = LEAST;
-    if (context->settings.stepper == PINCH_ODE_WORLDSTEP)
+    bool free_and_many = island->contacts.count > TOO_MANY && pinch_island_may_be_swept(context, island);
+    if (context->settings.stepper == PINCH_ODE_WORLDSTEP && !free_and_many)
         least = fmax(least, fmin(FOR_A_CUBE * n * n * n, MOST_OF_CUBE));
     if (again && pinch_island_may_be_swept(context, island))
         return fmax(LEAST_AGAIN, FOR_A_SWEEP_AGAIN * dWorldGetQuickStepNumIterations(context->world) * n);
@@ -40,10 +47,9 @@ double pinch_budget_of(const pinch_step_context *context, const pinch_island *is
 
 bool pinch_solve_was_dear(const pinch_step_context *context, const pinch_island *island)
 {
-    enum { FEW = 2000 };           /* contacts: an exact answer does not take long in any case */
     enum { SOFT_LEVEL = 3 };       /* that of the floor of sweeps */
     static const double VISIT = 1; /* of a sweep to a contact, in products of blocks */
     int n = island->contacts.count;
-    return pinch_island_may_be_swept(context, island) && n > FEW && island->result.floor_level >= SOFT_LEVEL &&
+    return pinch_island_may_be_swept(context, island) && n > TOO_MANY && island->result.floor_level >= SOFT_LEVEL &&
            island->result.work > VISIT * dWorldGetQuickStepNumIterations(context->world) * n;
 }

@@ -62,12 +62,13 @@ typedef struct pinch_fallback_contact {
 } pinch_fallback_contact;
 
 /* A body whose island went wrong. Until the step `until`, islands with it are swept or go to ODE: those with at least
- * `size` contacts and joints, or at least `size` joints where joints were the cause. */
+ * `size` contacts and joints, or at least `size` joints where joints were the cause. Where the island was swept, others
+ * with the body are swept as well, but do not go to ODE for that. */
 typedef struct pinch_backed_off {
     dBodyID body;
     long until, span;
     int size;
-    bool joints;
+    bool joints, swept;
 } pinch_backed_off;
 
 /* See backoff.c. */

@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Bytes that an archive has at least for one of each, and the most unknowns that a memory may be of. */
-enum { DRIVE_BYTES = 44, MEMORY_BYTES = 12, BACKED_OFF_BYTES = 25, ACCOUNT_BYTES = 53, MOST_UNKNOWNS = 1 << 15 };
+enum { DRIVE_BYTES = 44, MEMORY_BYTES = 12, BACKED_OFF_BYTES = 26, ACCOUNT_BYTES = 53, MOST_UNKNOWNS = 1 << 15 };
 
 static void archive_drives(pinch_archive *a, pinch_drives *drives)
 {
@@ -95,6 +95,7 @@ static void archive_backoff(pinch_archive *a, pinch_backoff *backoff)
         PINCH_ARCHIVE(a, entry->span);
         PINCH_ARCHIVE(a, entry->size);
         pinch_archive_flag(a, &entry->joints);
+        pinch_archive_flag(a, &entry->swept);
     }
     pinch_archive_index(a, &backoff->index, PINCH_ITEM_KEYS(*backoff, pinch_backed_off, body), backoff->count);
     PINCH_ARCHIVE(a, backoff->dropped_step);

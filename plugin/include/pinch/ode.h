@@ -255,16 +255,17 @@ PINCH_API pinch_status pinch_ode_set_body_count(pinch_ode *plugin, int count);
  * with Newton alone. If it has joints, it is tried once more with errors of their positions left as they are; after
  * that it is left to ODE's own contacts for this step. An answer in which joints or hard contacts put more energy in
  * than they may is not taken: the island is solved again, up to six times, with overlaps and errors of position taken
- * back more slowly. A solve has a budget by what ODE's own
- * step takes (settings.solver.budget, where it is not 0, instead): an island that goes over it is not tried again, and
- * is left to ODE for 1 more step, then for 2, 4 and so on. Where dWorldQuickStep steps and all bodies are free, it is
- * swept instead, also in these steps, of which there are 32 at most (settings.solver.sweeps, where it is not 0, instead
- * of as many sweeps as quickstep makes); so are large heaps that sweeps would do for less work and as softly, and tall
- * piles of more than 2,000 contacts before a solve would make them softer. Piles higher than sweeps reach are split
- * first (core/README.md, (74)). An island that has no answer two steps in a row is left to ODE, or swept, for growing
- * spans of steps, too. All of it is counted in the statistics. The result says whether the
- * call was legal; the statistics say how the solves ended. PINCH_INVALID_ARGUMENT also for bodies in contact whose
- * state or forces are not finite or overflow: ODE, which aborts on such numbers, is then not stepped.
+ * back more slowly. A solve has a budget by what ODE's own step takes (settings.solver.budget, where it is not 0,
+ * instead): an island that goes over it is not tried again, and is left to ODE for 1 more step, then for 2, 4 and so
+ * on. Where all bodies are free, and dWorldQuickStep steps or the island has more than 1,000 contacts, for which
+ * dWorldStep takes 20 s, it is swept instead, also in these steps, of which there are 32 at most
+ * (settings.solver.sweeps, where it is not 0, instead of as many sweeps as quickstep makes); so are large heaps that
+ * sweeps would do for less work and as softly, and tall piles of more than 2,000 contacts before a solve would make
+ * them softer. Piles higher than sweeps reach are split first (core/README.md, (74)). An island that has no answer two
+ * steps in a row is left to ODE, or swept, for growing spans of steps, too. All of it is counted in the statistics. The
+ * result says whether the call was legal; the statistics say how the solves ended. PINCH_INVALID_ARGUMENT also for
+ * bodies in contact whose state or forces are not finite or overflow: ODE, which aborts on such numbers, is then not
+ * stepped.
  */
 PINCH_API pinch_status pinch_ode_step(pinch_ode *plugin, double h);
 
