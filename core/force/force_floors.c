@@ -262,9 +262,9 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
  * an answer in a tenth of the tries, and the others take all of their Newton steps; one of 1.25 has it in four fifths,
  * after a few. So the first is between the two, each answer doubles the next one's logarithm, and where there is none a
  * floor that is near is tried, which tells as well what the floor does. Five tries go down by four levels and more.
- * Returns false when memory ran out.
+ * Without `tries` it only tells whether the answer counts. Returns false when memory ran out.
  */
-static bool stiffen(pinch_arena *arena, pinch_force_system *s, const descent *d, double *floor)
+static bool stiffen(pinch_arena *arena, pinch_force_system *s, const descent *d, bool tries, double *floor)
 {
     enum { TRIES = 5 };
     static const double FIRST = 2.2, NEAR = 1.25, LARGEST = 5;
@@ -278,7 +278,7 @@ static bool stiffen(pinch_arena *arena, pinch_force_system *s, const descent *d,
         if (arena->failed) return false;
         d->result->gave_way = d->result->gave_way || !counts;
         s->answer_counts = counts;
-        if (counts || *floor <= least) return true;
+        if (counts || *floor <= least || !tries) return true;
         bool converged;
         if (!try_stiffer(arena, s, d, fmax(least, *floor / factor), floor, &converged)) return false;
         if (!converged && factor == NEAR) return true;
@@ -306,6 +306,18 @@ static bool find_start(pinch_arena *arena, pinch_force_system *s, const pinch_pr
 }
 
 /*
+ * Tells whether stiffer floors are tried for an answer at the floor of the last step. In a heap with many contacts that
+ * takes a hundred times as long as the answer did. Where it was in vain for long, the heap lies still as a rule, and it
+ * would be in vain in the next step, too: so it is tried now and then.
+ */
+static bool stiffer_ones_are_due(const pinch_force_system *s, const held_floor *last)
+{
+    enum { MANY = 100, SOON = 64, BETWEEN = 32 };
+    int quiet = last->span - last->hold;
+    return s->contact_count <= MANY || last->hold == 0 || quiet <= SOON || quiet % BETWEEN == 0;
+}
+
+/*
  * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps and steps with
  * given limits of friction, then floor level by floor level, from sweeps alone, and back down from where one is found,
  * or from a floor of an earlier step. *try counts them. Returns false when memory ran out.
@@ -316,6 +328,7 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
 {
     pinch_solver_result *total = &result->solve;
     int tries = may_soften(problem) ? LEVELS : 2;
+    double last = *floor;
     pinch_force_answer kept = {0};
     if (tries > 2 && !pinch_force_make_room(arena, s, &kept)) return false;
     pinch_solver_result part;
@@ -343,7 +356,7 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
                     PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1),
                     PINCH_ARENA_ARRAY(arena, double, problem->row_count + 1),
                     result};
-    return !arena->failed && stiffen(arena, s, &down, floor);
+    return !arena->failed && stiffen(arena, s, &down, *floor > last || s->may_stiffen, floor);
 }
 
 /*
@@ -429,6 +442,7 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     double share, floor = last.floor;
     if (!pinch_force_system_build(arena, problem, mobility, s)) return false;
     s->budget = settings->budget > 0 ? settings->budget : INFINITY;
+    s->may_stiffen = stiffer_ones_are_due(s, &last);
     if (!go_one_way(arena, s, problem, settings, way, &floor, result)) return false;
     result->unknowns = mobility->unknowns + s->multiplier_count;
     result->over_budget = s->given_up || s->work > s->budget;

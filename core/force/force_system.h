@@ -142,6 +142,7 @@ typedef struct pinch_force_system {
     bool given_up;                          /* an approximation is better than what it would go on to */
     bool needs_double;                      /* factors in single precision have failed */
     bool too_large;                         /* a complete factorization is not within the budget */
+    bool may_stiffen;                       /* stiffer floors are tried for an answer at that of the last step */
     bool answer_counts;                     /* with the answer at hand no body sinks far */
     bool is_warm_start;                     /* no step has been taken since the warm start */
     double last_merit;                      /* where the last iteration began */

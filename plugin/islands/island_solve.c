@@ -441,6 +441,7 @@ static void let_rest(island_solve *s)
 {
     pinch_island *island = s->island;
     if (island->joints.range.count > 0 && !island->joints.by_pinch) return;
+    if (island->result.too_soft) return; /* a stiffer answer is tried for now and then */
     island->phase = PINCH_ISLAND_RESTING;
     pinch_balance_gravity(s->context, s->bodies, island);
     island->joints.rest_bits = pinch_joint_bits(&island->joints, &s->problem);
