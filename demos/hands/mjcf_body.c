@@ -36,19 +36,23 @@ static void read_joint_limits(const mjcf_element *e, hand_joint *joint)
     joint->spring_reference *= part;
 }
 
-static bool is_free(const xmlNode *joint)
+static bool is_free(mjcf *m, const xmlNode *joint, const char *childclass)
 {
-    const char *type = xml_is(joint, "joint") ? xml_text(joint, "type") : NULL;
-    return xml_is(joint, "freejoint") || (type && strcmp(type, "free") == 0);
+    mjcf_element e;
+    if (!xml_is(joint, "joint")) return xml_is(joint, "freejoint");
+    const char *type = mjcf_open(m, joint, childclass, "joint", &e) ? mjcf_text(&e, "type") : NULL;
+    return type && strcmp(type, "free") == 0;
 }
 
 /* A body that only floats, with nothing that moves in it: in the scenes of a collection the things beside a hand. */
-static bool floats_alone(const xmlNode *body)
+static bool floats_alone(mjcf *m, const xmlNode *body, const char *childclass)
 {
     bool floats = false;
+    if (xml_text(body, "childclass")) childclass = xml_text(body, "childclass");
     for (const xmlNode *n = xml_child(body, NULL); n; n = xml_next(n, NULL)) {
-        floats = floats || is_free(n);
-        if (xml_is(n, "body") || xml_is(n, "frame") || (xml_is(n, "joint") && !is_free(n))) return false;
+        bool frees = is_free(m, n, childclass);
+        floats = floats || frees;
+        if (xml_is(n, "body") || xml_is(n, "frame") || (xml_is(n, "joint") && !frees)) return false;
     }
     return floats;
 }
@@ -57,7 +61,7 @@ void mjcf_count_outermost(mjcf *m)
 {
     for (const xmlNode *w = xml_child(m->root, "worldbody"); w; w = xml_next(w, "worldbody"))
         for (const xmlNode *b = xml_child(w, "body"); b; b = xml_next(b, "body"))
-            ++*(floats_alone(b) ? &m->floating_count : &m->standing_count);
+            ++*(floats_alone(m, b, NULL) ? &m->floating_count : &m->standing_count);
 }
 
 /* A hand that floats freely is a hand whose base the scene moves. Things beside it are not counted: they are left out
@@ -241,7 +245,7 @@ static void read_body(mjcf *m, const xmlNode *node, const mjcf_place *place)
 static void read_bodies(mjcf *m, const xmlNode *node, const mjcf_place *place)
 {
     for (const xmlNode *n = xml_child(node, NULL); n && m->r->status == HAND_OK; n = xml_next(n, NULL)) {
-        if (xml_is(n, "body") && place->link < 0 && m->standing_count > 0 && floats_alone(n)) {
+        if (xml_is(n, "body") && place->link < 0 && m->standing_count > 0 && floats_alone(m, n, place->childclass)) {
             reader_ignore(m->r, n, "floating body beside the hand");
         } else if (xml_is(n, "body")) {
             read_body(m, n, place);

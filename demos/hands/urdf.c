@@ -124,6 +124,7 @@ static void read_mesh(hand_reader *r, const xmlNode *node, hand_geom *geom)
     if (geom->mesh < 0 || r->h->meshes[geom->mesh].hull.vertex_count) return;
     if (!is_there(file)) {
         reader_unmodelled(r, node, "contact with a mesh that is not there");
+        geom->collides = false;
         return;
     }
     mesh_file mesh;

@@ -258,11 +258,14 @@ static void things_beside_the_hand(void **state)
     (void)state;
     char *folder = program_make_folder();
     hand *h = hand_from_text(folder, "h.xml",
-                             "<mujoco><worldbody><body name=\"a\"><freejoint/><geom size=\"1\" mass=\"1\"/>"
+                             "<mujoco><default><default class=\"loose\"><joint type=\"free\"/></default></default>"
+                             "<worldbody><body name=\"a\"><freejoint/><geom size=\"1\" mass=\"1\"/>"
                              "<body name=\"b\"><joint name=\"j\" range=\"\"/>"
                              "<geom size=\"1\" mass=\"2\" rgba=\"\" pos=\" \"/></body></body>"
                              "<body name=\"cube\"><freejoint/><geom size=\"1\" mass=\"4\"/></body>"
                              "<body name=\"ball\"><joint type=\"free\"/><geom size=\"1\"/></body>"
+                             "<body name=\"cup\"><joint class=\"loose\"/><geom size=\"1\"/></body>"
+                             "<body name=\"lid\" childclass=\"loose\"><joint/><geom size=\"1\"/></body>"
                              "</worldbody></mujoco>");
     assert_int_equal(h->body_count, 2);
     assert_int_equal(h->joint_count, 1);
@@ -271,7 +274,7 @@ static void things_beside_the_hand(void **state)
     assert_int_equal(h->ignored_count, 2);
     assert_string_equal(h->ignored[0].what, "freejoint");
     assert_string_equal(h->ignored[1].what, "floating body beside the hand");
-    assert_int_equal(h->ignored[1].count, 2);
+    assert_int_equal(h->ignored[1].count, 4);
     hand_free(h);
     program_remove_folder(folder);
 }

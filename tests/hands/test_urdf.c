@@ -283,6 +283,7 @@ static void missing_and_broken_meshes(void **state)
                              "<collision><geometry><mesh filename=\"no.stl\"/></geometry></collision></link></robot>");
     assert_int_equal(h->ignored_count, 1);
     assert_int_equal(h->unmodelled_count, 1);
+    for (size_t i = 0; i < h->geom_count; i++) assert_false(h->geoms[i].collides); /* a world is made without it */
     hand_free(h);
     free(program_write_file(folder, "bad.stl", "solid\nfacet\nvertex 1 2\n"));
     free(program_write_file(folder, "bad.ply", "ply\nformat ascii 1.0\nelement vertex 9999999\n"));

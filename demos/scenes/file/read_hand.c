@@ -73,10 +73,15 @@ static const char *name_of_joint(const void *list, size_t index)
     return model->joints[index].name;
 }
 
-static bool check_limits(const scene_node *node, const hand_joint *joint, double position)
+static bool within_limits(const hand_joint *joint, double position)
 {
     static const double ROUNDING = 1e-9;
-    if (!joint->limited || (position >= joint->lower - ROUNDING && position <= joint->upper + ROUNDING)) return true;
+    return !joint->limited || (position >= joint->lower - ROUNDING && position <= joint->upper + ROUNDING);
+}
+
+static bool check_limits(const scene_node *node, const hand_joint *joint, double position)
+{
+    if (within_limits(joint, position)) return true;
     return scene_refuse(node, "a position of %s from %g to %g", joint->name, joint->lower, joint->upper);
 }
 
@@ -112,7 +117,11 @@ static bool check_couplings(const scene_node *node, const scene_hand *h, const b
         if (given[c->joint] && fabs(position - h->start[c->joint]) > ROUNDING)
             return scene_refuse_plainly(&joints, "%s at %.10g, where the joint that it follows takes it, got %.10g",
                                         joint->name, position, h->start[c->joint]);
-        if (!check_limits(joints.value ? &joints : node, joint, position)) return false;
+        if (!within_limits(joint, position))
+            return scene_refuse_plainly(joints.value ? &joints : node,
+                                        "positions that take %s, which follows other joints, to %g at least and %g at "
+                                        "most, not to %.6g",
+                                        joint->name, joint->lower, joint->upper, position);
     }
     return true;
 }
