@@ -22,9 +22,9 @@ static const double LEAST_AGAIN = 2e5, FOR_A_SWEEP_AGAIN = 4;
 /* Where worldstep takes longer than anybody waits, Pinch does not. */
 static const double MOST_OF_CUBE = 2e8;
 
-/* Contacts of free bodies: worldstep takes 20 s for MANY, and minutes for TOO_MANY. What Pinch cannot
- * solve of the former is swept rather than left to it, and the latter get the budget that they have under quickstep. An
- * exact answer for fewer than TOO_MANY does not take long in any case, where there is one. */
+/* Contacts of free bodies: worldstep takes 20 s for MANY, and minutes for TOO_MANY. More than MANY are swept rather
+ * than left to it where a solve goes over its budget, and more than TOO_MANY have the budget that they have under
+ * quickstep. An exact answer for fewer does not take long in any case, where there is one. */
 enum { MANY = 1000, TOO_MANY = 2000 };
 
 bool pinch_island_may_be_swept(const pinch_step_context *context, const pinch_island *island)
