@@ -43,13 +43,12 @@ typedef struct pinch_island {
     bool pushes;             /* it has hard contacts, which push_out.c judges */
     double push_balance;     /* J: what these have taken out and not put in again, before and after its solve */
     double push_limit;       /* J: what they may put in */
-    double push_pace;        /* the part of what overlaps ask for at which its solve begins, then that of the next */
-    bool push_lifts;         /* bodies are so deep in each other that they have to be lifted out */
-    double push_work;        /* J: what they have put in in the last solve; negative: taken out */
-    double push_change;      /* J: by how much that lowers their balance */
-    double push_spare;       /* J: what lifting bodies out of each other allows besides, and they have not put in */
-    double surface_limit;    /* J: what surfaces that move may put in */
-    double mismatch[2];      /* largest, m/s and rad/s */
+    double push_pace;     /* the part of what overlaps ask for that they got in the step before; then that of its own */
+    double push_work;     /* J: what they have put in in the last solve; negative: taken out */
+    double push_change;   /* J: by how much that lowers their balance */
+    double push_spare;    /* J: what lifting bodies out of each other allows besides, and they have not put in */
+    double surface_limit; /* J: what surfaces that move may put in */
+    double mismatch[2];   /* largest, m/s and rad/s */
     double depth_max;
     pinch_step_result result;
 } pinch_island;

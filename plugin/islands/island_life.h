@@ -106,7 +106,7 @@ void pinch_open_fallback_account(const pinch_step_context *context, const pinch_
 void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island);
 
 /* energy_account.c: finds what hard contacts may put into the island's bodies because they have taken it out, and the
- * pace at which they begin, as they had to be slowed in the last step. */
+ * pace that is known of the last step, where they had to be slowed; 1: they had not. */
 void pinch_read_push(const pinch_step_context *context, const pinch_island_graph *graph, pinch_island *island);
 
 /* push_out.c, before the first solve: sets how much energy hard contacts may put in as they push bodies out of each

@@ -238,6 +238,18 @@ typedef struct push {
 
 static const push AS_THEY_CAME = {1, 1, 1, false};
 
+/*
+ * Returns a pace that contacts may be slowed to where all that overlaps ask for is too much, if they were slowed to
+ * `last` in the step before. Bodies that come out at a pace need no energy to go on at it, and a little for a little
+ * more, as it goes with the square of the pace. If each step began from rest, a pile would sink into contacts that give
+ * way under their load, and take more energy to lift the deeper it is.
+ */
+static double pace_to_go_on(const pinch_island *island, double last)
+{
+    if (!(last < 1 && island->push_limit > 0)) return 0;
+    return fmin(sqrt(last * last + 0.5 * island->push_limit / island->push_work), 0.5 * (last + 1));
+}
+
 /* Fills in the contacts anew, as they came but for how they push. */
 static void push_at(island_solve *s, const push *p)
 {
@@ -285,7 +297,11 @@ static void slow_down(island_solve *s, int try, verdict v, push *p)
     pinch_island_joints *j = &island->joints;
     bool no_try_left = try >= TRIES - 2;
     p->let_go = p->let_go || (v.contacts && p->pace == 0);
-    if (v.contacts) p->bounce = p->pace = slower(p->pace, island->push_limit, island->push_work, no_try_left);
+    if (v.contacts) {
+        double pace = slower(p->pace, island->push_limit, island->push_work, no_try_left);
+        if (p->pace == 1) pace = fmax(pace, pace_to_go_on(island, island->push_pace));
+        p->bounce = p->pace = pace;
+    }
     if (try >= TRIES) p->partners = try > TRIES ? 0 : NEARLY * sqrt(pinch_most_of_partners(island) / island->push_work);
     push_at(s, p);
     if (!v.joints) return;
@@ -309,7 +325,7 @@ static void solve_in_bounds(island_solve *s)
     if (jointed && j->pace < 1) pinch_set_closing_pace(s->joints, j, &s->problem, 1, j->pace);
     double first_pace = j->pace;
     push p = AS_THEY_CAME;
-    if (pushes) p.pace = island->push_pace;
+    if (pushes && jointed) p.pace = island->push_pace;
     if (p.pace < 1) pinch_slow_push_out(s->contacts, island, p.pace, 1, &s->problem);
     for (int try = 0;; try++) {
         try_solvers(s);

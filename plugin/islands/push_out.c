@@ -66,9 +66,6 @@
 static const double OF_FALL = 0.2, LEFT = 0.98;
 /* Of the energy that overlaps ask for. A body lifts what lies on it. */
 static const double TIMES_ASKED_FOR = 2;
-/* Where overlaps ask for less than this part of a step's fall, what it takes to lift bodies out of them is not counted:
- * the fall does it, in some steps. */
-static const double SHALLOW = 0.01;
 /* Softer ones than this part of what the bodies' inertia gives a contact in a step are springs, as in surface.c. */
 static const double STIFF = 0.01;
 
@@ -240,7 +237,6 @@ bool pinch_open_push(const pinch_step_context *context, const pinch_contact_stor
     pinch_read_push(context, graph, island);
     double fall = part_of_fall(context, problem);
     island->push_limit = fall + fmax(TIMES_ASKED_FOR * asked + island->push_balance, 0);
-    island->push_lifts = asked > SHALLOW * fall;
     island->surface_limit = sums.of_surfaces;
     return true;
 }
@@ -451,8 +447,7 @@ void pinch_judge_push(const pinch_step_context *context, const pinch_contact_sto
         put_in = island->joints.work + by_contacts + lag; /* without what motors and springs of joints do */
         if (put_in > 0) put_in = fmax(put_in + taken_by_motors(contacts, joints, bodies, problem, island), 0);
     }
-    bool lifts = island->push_lifts && !island->result.swept;
-    double lifting = lifts ? work_of_lifting(context, contacts, bodies, problem, island) : 0;
+    double lifting = !island->result.swept ? work_of_lifting(context, contacts, bodies, problem, island) : 0;
     put_in -= of_surfaces;
     island->push_spare = fmax(lifting - fmax(put_in, 0), 0);
     put_in -= lifting;
@@ -464,13 +459,12 @@ void pinch_judge_push(const pinch_step_context *context, const pinch_contact_sto
 void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, double pace,
                       pinch_island *island)
 {
-    bool jointed = island->joints.joint_rows > 0;
     double fall = part_of_fall(context, problem), balance = island->push_balance - island->push_change;
     if (balance < 0) balance = fmin(balance + island->push_spare, 0);
     island->push_balance = balance > 0 ? LEFT * balance : fmin(balance + fall, 0);
     if (fabs(island->push_balance) < fall) island->push_balance = 0;
-    bool easy = island->push_work <= EASY * island->push_limit;
-    island->push_pace = jointed ? fmin(fmax(easy ? FASTER * pace : pace, LEAST), 1) : 1;
+    bool easy = island->push_work <= EASY * island->push_limit, jointed = island->joints.joint_rows > 0;
+    island->push_pace = jointed ? fmin(fmax(easy ? FASTER * pace : pace, LEAST), 1) : pace;
 }
 
 void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace, double bounce,
