@@ -23,6 +23,10 @@ static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, LEVEL_FACTOR = 5;
  * tell how compliant they are. */
 static const double STIFFEST_FLOOR = 1e-9;
 
+/* In heaps where Newton's method fails, forces are led to this floor by (75), if it is not higher than the last:
+ * answers at it count as a rule, and those at lower ones take longer. */
+static const double FLOOR_OF_HEAPS = 1e-3;
+
 /* A floor is lowered only where it lets a contact sink by more than this part of the body's size. */
 static const double SUNK_SHARE = 3e-4;
 
@@ -120,9 +124,9 @@ static bool may_soften(const pinch_problem *problem)
 typedef struct descent {
     const pinch_problem *problem;
     const pinch_solver_settings *settings;
-    pinch_force_answer *kept; /* room for one */
-    double *sinks, *short_of; /* of each contact at the softer floor: m; m/s */
-    double *row_forces;       /* of each joint row at the softer floor, N or N m */
+    pinch_force_answer *kept, *center; /* room for one each */
+    double *sinks, *short_of;          /* of each contact at the softer floor: m; m/s */
+    double *row_forces;                /* of each joint row at the softer floor, N or N m */
     pinch_step_result *result;
 } descent;
 
@@ -199,16 +203,24 @@ static bool holds_closely(const pinch_force_system *s)
     return s->off <= MOST_OFF * s->force && s->row_missed <= MOST_MISSED;
 }
 
-/* Runs Newton's method for at most `limit` of the iterations that are left, and adds them to the total. Returns false
- * when memory ran out. */
-static bool run_newton(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings, int limit,
-                       pinch_solver_result *total, pinch_solver_result *part)
+/* Solves for the next stiffer floor where Newton's method has not converged from the forces at this one: once more from
+ * them by (75), or in smaller islands with steps with given limits. Returns false when memory ran out. */
+static bool try_again(pinch_arena *arena, pinch_force_system *s, const descent *d, double next,
+                      pinch_solver_result *part)
 {
-    int left = settings->max_iterations - total->iterations;
-    if (!pinch_force_newton(arena, s, settings, limit < left ? limit : left, part)) return false;
-    total->iterations += part->iterations;
-    total->newton_steps += part->newton_steps;
-    return true;
+    static const double EASE = 4; /* of the floor */
+    pinch_solver_result *total = &d->result->solve;
+    const pinch_solver_settings *settings = d->settings;
+    if (pinch_force_may_approach(s)) {
+        pinch_force_keep(s, d->kept, true);
+        return pinch_force_approach(arena, s, settings, (pinch_force_proximal){next, EASE * next, 0, d->center}, total,
+                                    part);
+    }
+    if (!pinch_force_may_give_limits(s, settings, total->iterations)) return true;
+    pinch_force_keep(s, d->kept, true);
+    bool served = pinch_force_tresca(arena, s, settings->max_iterations - total->iterations, &total->iterations);
+    if (arena->failed || !served) return !arena->failed;
+    return pinch_force_newton_within(arena, s, settings, LATER_LIMIT, total, part);
 }
 
 /*
@@ -229,13 +241,8 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
     for (int k = 0; k < s->contact_count; k++) d->short_of[k] = falls_short(&s->elements[k]);
     for (int j = 0; j < d->problem->row_count; j++) d->row_forces[j] = pinch_force_of_row(s, j);
     start_stiffer(s, d->kept, *floor, next);
-    if (!run_newton(arena, s, settings, LATER_LIMIT, total, &part)) return false;
-    if (part.status != PINCH_SOLVE_CONVERGED && pinch_force_may_give_limits(s, settings, total->iterations)) {
-        pinch_force_keep(s, d->kept, true);
-        int left = settings->max_iterations - total->iterations;
-        bool served = pinch_force_tresca(arena, s, left, &total->iterations);
-        if (arena->failed || (served && !run_newton(arena, s, settings, LATER_LIMIT, total, &part))) return false;
-    }
+    if (!pinch_force_newton_within(arena, s, settings, LATER_LIMIT, total, &part)) return false;
+    if (part.status != PINCH_SOLVE_CONVERGED && !try_again(arena, s, d, next, &part)) return false;
     *converged = part.status == PINCH_SOLVE_CONVERGED && (next >= LOWEST_FLOOR || holds_closely(s));
     bool counts = false, tells = *converged && !a_motor_will_give_way(s, d, *floor, next);
     if (tells) {
@@ -317,6 +324,12 @@ static bool stiffer_ones_are_due(const pinch_force_system *s, const held_floor *
     return s->contact_count <= MANY || last->hold == 0 || quiet <= SOON || quiet % BETWEEN == 0;
 }
 
+/* Returns how the forces of a heap are led to a floor from those of the last step. */
+static pinch_force_proximal way_to_floor(double floor, pinch_force_answer *center)
+{
+    return (pinch_force_proximal){.floor = floor, .ease = 1e-2, .sweeps = 500, .center = center};
+}
+
 /*
  * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps and steps with
  * given limits of friction, then floor level by floor level, from sweeps alone, and back down from where one is found,
@@ -329,17 +342,24 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
     pinch_solver_result *total = &result->solve;
     int tries = may_soften(problem) ? LEVELS : 2;
     double last = *floor;
-    pinch_force_answer kept = {0};
+    bool heap = tries > 2 && pinch_force_may_approach(s);
+    pinch_force_answer kept = {0}, center = {0};
     if (tries > 2 && !pinch_force_make_room(arena, s, &kept)) return false;
+    if (heap && !pinch_force_make_room(arena, s, &center)) return false;
     pinch_solver_result part;
     memset(total, 0, sizeof *total);
     total->status = PINCH_SOLVE_MAX_ITERATIONS;
     for (*try = 0; *try < tries && (*try < 2 || *floor < SOFTEST); ++*try) {
         if (*try > 1) *floor *= LEVEL_FACTOR;
+        if (*try == 1 && heap) *floor = fmin(*floor, FLOOR_OF_HEAPS);
         pinch_force_warm_start(s, problem);
         pinch_force_set_floor(s, *floor);
-        if (*try >= 1 && !find_start(arena, s, problem, *try, settings, &total->iterations)) return false;
-        if (!run_newton(arena, s, settings, *try == 0 ? FIRST_LIMIT : LATER_LIMIT, total, &part)) return false;
+        bool ran = *try > 0 && heap
+                       ? pinch_force_approach(arena, s, settings, way_to_floor(*floor, &center), total, &part)
+                       : (*try == 0 || find_start(arena, s, problem, *try, settings, &total->iterations)) &&
+                             pinch_force_newton_within(arena, s, settings, *try == 0 ? FIRST_LIMIT : LATER_LIMIT, total,
+                                                       &part);
+        if (!ran) return false;
         total->status = part.status;
         total->residual = part.residual;
         if (part.status == PINCH_SOLVE_CONVERGED || s->work > s->budget) break;
@@ -352,6 +372,7 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
     descent down = {problem,
                     settings,
                     &kept,
+                    &center,
                     PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1),
                     PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1),
                     PINCH_ARENA_ARRAY(arena, double, problem->row_count + 1),

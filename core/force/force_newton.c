@@ -387,3 +387,13 @@ bool pinch_force_newton(pinch_arena *arena, pinch_force_system *s, const pinch_s
                                         : PINCH_SOLVE_DIVERGED;
     return true;
 }
+
+bool pinch_force_newton_within(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings,
+                               int limit, pinch_solver_result *total, pinch_solver_result *result)
+{
+    int left = settings->max_iterations - total->iterations;
+    if (!pinch_force_newton(arena, s, settings, limit < left ? limit : left, result)) return false;
+    total->iterations += result->iterations;
+    total->newton_steps += result->newton_steps;
+    return true;
+}

@@ -312,6 +312,29 @@ bool pinch_force_tresca(pinch_arena *arena, pinch_force_system *system, int limi
 bool pinch_force_newton(pinch_arena *arena, pinch_force_system *system, const pinch_solver_settings *settings,
                         int limit, pinch_solver_result *result);
 
+/* Does the same within the iterations that settings->max_iterations leaves to those of *total, to which it adds its
+ * own. */
+bool pinch_force_newton_within(pinch_arena *arena, pinch_force_system *system, const pinch_solver_settings *settings,
+                               int limit, pinch_solver_result *total, pinch_solver_result *result);
+
+/* force_proximal.c */
+
+/* A way to forces at a floor by (75). */
+typedef struct pinch_force_proximal {
+    double floor;
+    double ease;                /* the first further compliance, as a part of 1/rho */
+    int sweeps;                 /* before it begins */
+    pinch_force_answer *center; /* room for the forces about which contacts are compliant */
+} pinch_force_proximal;
+
+/* Tells whether an island has so many contacts that this serves it, between free bodies. */
+bool pinch_force_may_approach(const pinch_force_system *system);
+
+/* Goes that way from the forces as they are. *total and *result: as pinch_force_newton_within; where it does not
+ * arrive, the forces are the last that it found. Returns false when memory ran out. */
+bool pinch_force_approach(pinch_arena *arena, pinch_force_system *system, const pinch_solver_settings *settings,
+                          pinch_force_proximal way, pinch_solver_result *total, pinch_solver_result *result);
+
 /*
  * force_explicit.c: follows a path of solutions, equation (56), to the compliances as they are, with at most *steps
  * factorizations; *steps becomes their number. Where it has *arrived, r and y are near a solution. Returns false when

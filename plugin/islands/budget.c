@@ -14,9 +14,9 @@
 
 #include <math.h>
 
-/* In products of blocks: what is allowed to any island, for a contact and each of quickstep's sweeps, and for the cube
- * of the number of contacts that worldstep takes. */
-static const double LEAST = 2e6, FOR_A_SWEEP = 24, FOR_A_CUBE = 1.0 / 16;
+/* In products of blocks: what is allowed to any island, to one of free bodies, for a contact and each of quickstep's
+ * sweeps, and for the cube of the number of contacts that worldstep takes. */
+static const double LEAST = 2e6, LEAST_FREE = 4e6, FOR_A_SWEEP = 24, FOR_A_CUBE = 1.0 / 16;
 /* The same for an island that has been swept: sweeps bring it so far that a solve is soon done, or it is in vain. */
 static const double LEAST_AGAIN = 2e5, FOR_A_SWEEP_AGAIN = 4;
 /* Where worldstep takes longer than anybody waits, Pinch does not. */
@@ -27,16 +27,22 @@ static const double MOST_OF_CUBE = 2e8;
  * quickstep. An exact answer for fewer does not take long in any case, where there is one. */
 enum { MANY = 1000, TOO_MANY = 2000 };
 
+/* Tells whether nothing but contacts acts between an island's bodies. */
+static bool is_free(const pinch_island *island)
+{
+    return island->joints.range.count == 0 && island->joints.couplings.count == 0 && island->drive_rows == 0;
+}
+
 bool pinch_island_may_be_swept(const pinch_step_context *context, const pinch_island *island)
 {
     /* dWorldStep is asked for its direct method */
     if (context->settings.stepper == PINCH_ODE_WORLDSTEP && island->contacts.count <= MANY) return false;
-    return island->joints.range.count == 0 && island->joints.couplings.count == 0 && island->drive_rows == 0;
+    return is_free(island);
 }
 
 double pinch_budget_of(const pinch_step_context *context, const pinch_island *island, bool again)
 {
-    double n = island->contacts.count + island->joints.row_count / 3.0, least = LEAST;
+    double n = island->contacts.count + island->joints.row_count / 3.0, least = is_free(island) ? LEAST_FREE : LEAST;
     bool free_and_many = island->contacts.count > TOO_MANY && pinch_island_may_be_swept(context, island);
     if (context->settings.stepper == PINCH_ODE_WORLDSTEP && !free_and_many)
         least = fmax(least, fmin(FOR_A_CUBE * n * n * n, MOST_OF_CUBE));
