@@ -225,7 +225,7 @@ static bool try_again(pinch_arena *arena, pinch_force_system *s, const descent *
 
 /*
  * Solves for the next stiffer floor, from the forces at this one: a much better start than the last step's forces.
- * Where Newton's method fails from there, steps with given limits of friction lead it to a better one.
+ * Where Newton's method fails from there, steps with given limits of friction lead it to a better one, or (75).
  * Where it does not converge, or below LOWEST_FLOOR is not exact any more, *floor and its answer stay. So they do where
  * the stiffer one tells that the answer counts: then bodies are jammed, and all that would become stiffer is what they
  * press each other with. Returns false when memory ran out.
@@ -332,7 +332,7 @@ static pinch_force_proximal way_to_floor(double floor, pinch_force_answer *cente
 
 /*
  * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps and steps with
- * given limits of friction, then floor level by floor level, from sweeps alone, and back down from where one is found,
+ * given limits of friction, in heaps by (75), then floor level by floor level, and back down from where one is found,
  * or from a floor of an earlier step. *try counts them. Returns false when memory ran out.
  */
 static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,

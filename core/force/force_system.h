@@ -327,7 +327,7 @@ typedef struct pinch_force_proximal {
     pinch_force_answer *center; /* room for the forces about which contacts are compliant */
 } pinch_force_proximal;
 
-/* Tells whether an island has so many contacts that this serves it, between free bodies. */
+/* Tells whether an island has as many contacts as this serves, between free bodies. */
 bool pinch_force_may_approach(const pinch_force_system *system);
 
 /* Goes that way from the forces as they are. *total and *result: as pinch_force_newton_within; where it does not
