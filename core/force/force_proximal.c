@@ -42,7 +42,7 @@ static void ease_contacts(pinch_force_system *s, double ease)
 
 static bool sweep(pinch_arena *arena, pinch_force_system *s, int count)
 {
-    static const double VISIT = 0.25; /* in products of blocks */
+    static const double VISIT = 0.25; /* in products of blocks: they read a contact from one place */
     double merit;
     pinch_arena_mark here = pinch_arena_here(arena);
     bool swept = pinch_force_sweep_alone(arena, s, count, &merit);

@@ -14,8 +14,9 @@
 
 #include <math.h>
 
-/* In products of blocks: what is allowed to any island, to one of free bodies, for a contact and each of quickstep's
- * sweeps, and for the cube of the number of contacts that worldstep takes. */
+/* In products of blocks: what is allowed to any island, to one of free bodies, which the proximal point method of the
+ * core can still lead to an answer, for a contact and each of quickstep's sweeps, and for the cube of the number of
+ * contacts that worldstep takes. */
 static const double LEAST = 2e6, LEAST_FREE = 4e6, FOR_A_SWEEP = 24, FOR_A_CUBE = 1.0 / 16;
 /* The same for an island that has been swept: sweeps bring it so far that a solve is soon done, or it is in vain. */
 static const double LEAST_AGAIN = 2e5, FOR_A_SWEEP_AGAIN = 4;

@@ -43,7 +43,7 @@ typedef struct pinch_island {
     bool pushes;             /* it has hard contacts, which push_out.c judges */
     double push_balance;     /* J: what these have taken out and not put in again, before and after its solve */
     double push_limit;       /* J: what they may put in */
-    double push_pace;     /* the part of what overlaps ask for that they got in the step before; then that of its own */
+    double push_pace;     /* the part of what overlaps ask for that they got in the last step, or with joints may get */
     double push_work;     /* J: what they have put in in the last solve; negative: taken out */
     double push_change;   /* J: by how much that lowers their balance */
     double push_spare;    /* J: what lifting bodies out of each other allows besides, and they have not put in */
