@@ -424,7 +424,9 @@ static int step_ode(pinch_ode *p, double h)
     }
     if (pace < 1) dWorldSetERP(world, pace * erp);
     if (p->graph.count > MANY || p->graph.bodies.count > MANY_BODIES) prefetch_lists_of_ode(p);
+    pinch_hold_sleep_of_ode(&p->graph);
     int stepped = p->context.settings.stepper == PINCH_ODE_QUICKSTEP ? dWorldQuickStep(world, h) : dWorldStep(world, h);
+    pinch_release_sleep_of_ode(&p->graph);
     if (pace < 1) dWorldSetERP(world, erp);
     for (int k = 0; k < p->graph.count; k++)
         if (slowed_in_ode(&p->graph.items[k])) pinch_restore_ode_joints(&p->joints, &p->graph.items[k].joints);

@@ -21,6 +21,7 @@ void pinch_island_graph_free(pinch_island_graph *graph)
     free(graph->handed_when_built.items);
     pinch_backoff_free(&graph->backoff);
     pinch_accounts_free(&graph->accounts);
+    pinch_sleep_free(&graph->sleep);
     pinch_kinematic_bodies_free(&graph->kinematic);
     pinch_step_bodies_free(&graph->bodies);
 }
@@ -32,7 +33,7 @@ size_t pinch_island_graph_bytes(const pinch_island_graph *graph)
                    PINCH_LIST_BYTES(graph->fallback_contacts) + PINCH_LIST_BYTES(graph->handed) +
                    PINCH_LIST_BYTES(graph->handed_when_built) + pinch_step_bodies_bytes(&graph->bodies) +
                    pinch_backoff_bytes(&graph->backoff) + pinch_accounts_bytes(&graph->accounts) +
-                   pinch_kinematic_bodies_bytes(&graph->kinematic);
+                   pinch_sleep_bytes(&graph->sleep) + pinch_kinematic_bodies_bytes(&graph->kinematic);
     for (int k = 0; k < graph->memories.count; k++) bytes += pinch_step_memory_size(graph->memories.items[k]);
     return bytes;
 }
@@ -109,33 +110,6 @@ static bool create_memories(pinch_island_graph *graph)
         graph->memories.count++;
     }
     return graph->memories.count >= graph->count;
-}
-
-/* As in ODE, an enabled kinematic body wakes what it touches. */
-static void wake_touched(pinch_island_graph *graph, const pinch_pair *pair)
-{
-    for (int side = 0; side < 2 && pair->manifold.count > 0; side++) {
-        dBodyID body = pair->body[side];
-        int touched = pair->step_body[!side];
-        if (body && touched >= 0 && dBodyIsKinematic(body) && dBodyIsEnabled(body))
-            graph->items[graph->bodies.items[touched].parent].phase = PINCH_ISLAND_AWAKE;
-    }
-}
-
-/* Finds out which islands are awake, and which bodies may sleep. */
-static void find_sleepers(pinch_island_graph *graph, const pinch_contact_store *contacts)
-{
-    graph->sleepers = false;
-    for (int i = 0; i < graph->bodies.count; i++) {
-        const pinch_step_body *b = &graph->bodies.items[i];
-        pinch_island *island = &graph->items[b->parent];
-        bool enabled = b->drive >= 0 || dBodyIsEnabled(b->body);
-        bool may_sleep = b->drive < 0 && (!enabled || dBodyGetAutoDisableFlag(b->body));
-        if (enabled) island->phase = PINCH_ISLAND_AWAKE;
-        island->may_sleep = island->may_sleep || may_sleep;
-        graph->sleepers = graph->sleepers || may_sleep;
-    }
-    for (int i = 0; i < contacts->pairs.count; i++) wake_touched(graph, &contacts->pairs.items[i]);
 }
 
 /* Begins a range after the one before it, empty; its members are added one by one. */
@@ -275,10 +249,11 @@ bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contac
         !pinch_collect_joints(joints, &graph->bodies, contacts, context->number, &stats->joints_unmodelled) ||
         !number_islands(graph) || !create_memories(graph))
         return false;
-    find_sleepers(graph, contacts);
+    pinch_find_sleepers(graph, contacts, context);
     lay_out_bodies(graph);
     if (!lay_out_contacts(graph, contacts) || !lay_out_joints(graph, joints)) return false;
     lay_out_couplings(graph, joints);
+    pinch_put_to_sleep(graph);
     pinch_carry_resting(graph, contacts);
     return pinch_lay_out_motion(graph, contacts, joints);
 }

@@ -32,6 +32,7 @@ typedef struct pinch_island {
     pinch_status status;     /* of its solve: whether that was legal */
     bool shared;             /* it is so large that all threads share its loops */
     bool may_sleep;          /* a body is disabled or may disable itself: ODE has to know what touches */
+    bool kept_awake;         /* something in it moves or may move that does not go to sleep */
     bool sweeps_alone;       /* in this step it is swept without a try */
     bool tried;              /* a solver has worked on it in this step: `result` says how its last one ended */
     bool first_solve_failed; /* the solver asked for did not solve it, whatever solved it later */
@@ -96,6 +97,34 @@ typedef struct pinch_joint_accounts {
     pinch_item_index index; /* by body */
 } pinch_joint_accounts;
 
+/* How long a body that may go to sleep has been slow. */
+typedef struct pinch_idle_body {
+    dBodyID body;
+    int steps;             /* in a row */
+    double time;           /* s, of these steps */
+    double linear[3];      /* m/s, rad/s: sums of velocities since the last mean of them was taken */
+    double angular[3];     /* likewise */
+    int samples;           /* that have been summed up */
+    int patience;          /* >= 1; it waits that many times as long as asked for */
+    bool was_put_to_sleep; /* in the last step */
+    long seen;             /* the number of the last step with it */
+} pinch_idle_body;
+
+/* The thresholds of a body (m/s, rad/s) below which ODE disables it. */
+typedef struct pinch_sleep_thresholds {
+    dBodyID body;
+    double linear, angular;
+} pinch_sleep_thresholds;
+
+/* See sleep.c. */
+typedef struct pinch_sleep {
+    pinch_idle_body *items;
+    int count, room;
+    pinch_item_index index;                  /* by body */
+    bool by_ode;                             /* ODE decides in this step */
+    PINCH_LIST(pinch_sleep_thresholds) held; /* while ODE steps: what it will have again after that */
+} pinch_sleep;
+
 /* A kinematic body that islands touch, or that joints tie to them, and no drive moves. It belongs to the first of
  * them. */
 typedef struct pinch_kinematic_body {
@@ -145,6 +174,7 @@ typedef struct pinch_island_graph {
     pinch_islands_before before;
     pinch_backoff backoff;
     pinch_joint_accounts accounts;
+    pinch_sleep sleep;
 } pinch_island_graph;
 
 enum { PINCH_DRIVE_ROWS = 2 }; /* of a driven finger: one for each way */
@@ -189,6 +219,18 @@ size_t pinch_backoff_bytes(const pinch_backoff *backoff);
 /* energy_account.c */
 void pinch_accounts_free(pinch_joint_accounts *accounts);
 size_t pinch_accounts_bytes(const pinch_joint_accounts *accounts);
+/* sleep.c */
+void pinch_sleep_free(pinch_sleep *sleep);
+size_t pinch_sleep_bytes(const pinch_sleep *sleep);
+/* sleep.c, once the islands are numbered: finds out which of them are awake, which bodies may sleep, and how long these
+ * have been slow. */
+void pinch_find_sleepers(pinch_island_graph *graph, const pinch_contact_store *contacts,
+                         const pinch_step_context *context);
+/* sleep.c, once all is laid out: puts islands to sleep all of whose bodies have been slow for long enough. */
+void pinch_put_to_sleep(pinch_island_graph *graph);
+/* sleep.c, around ODE's step: keeps ODE from stopping single bodies of islands that are awake. */
+void pinch_hold_sleep_of_ode(pinch_island_graph *graph);
+void pinch_release_sleep_of_ode(pinch_island_graph *graph);
 
 void pinch_island_graph_free(pinch_island_graph *graph);
 size_t pinch_island_graph_bytes(const pinch_island_graph *graph);

@@ -126,9 +126,16 @@ void pinch_read_out_contacts(const pinch_contact_store *contacts, const pinch_st
 /* read_out.c: leaves an island without an answer: its results say whose points they are, and no force. */
 void pinch_leave_unsolved(pinch_contact_store *contacts, pinch_island *island);
 
-/* push_out.c: scales the velocities at which hard contacts push bodies out and bounce. */
-void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace, double bounce,
-                         pinch_problem *problem);
+/* push_out.c: finds the velocity that each contact asks for because its bodies overlap. */
+void pinch_find_pushes(const pinch_contact_store *contacts, const pinch_island *island, const pinch_problem *problem,
+                       pinch_rising_contact *of);
+/* rise.c: finds the paces at which contacts push so that what lies on each other does not come up too fast. Without
+ * memory, nothing is slowed. */
+void pinch_limit_rise(const pinch_contact_store *contacts, const pinch_island *island, const pinch_problem *problem,
+                      pinch_rise *rise);
+/* push_out.c: scales the velocities at which hard contacts push bodies out, beside their own paces, and bounce. */
+void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, const pinch_rise *rise,
+                         double pace, double bounce, pinch_problem *problem);
 /* push_out.c: returns what contacts may put in (J) before partners that drive bodies on are held back. */
 double pinch_most_of_partners(const pinch_island *island);
 /* push_out.c: lets contacts that drive bodies on, as they came, do so at this part of their velocity. */

@@ -254,7 +254,7 @@ static double pace_to_go_on(const pinch_island *island, double last)
 static void push_at(island_solve *s, const push *p)
 {
     pinch_fill_contacts(s->context, s->contacts, s->bodies, s->island, &s->problem);
-    pinch_slow_push_out(s->contacts, s->island, p->pace, p->bounce, &s->problem);
+    pinch_slow_push_out(s->contacts, s->island, &s->thread->rise, p->pace, p->bounce, &s->problem);
     if (p->let_go) pinch_let_go(s->contacts, s->island, &s->problem);
     if (p->partners < 1) pinch_slow_partners(s->contacts, s->island, p->partners, &s->problem);
     forget_row_forces(&s->problem);
@@ -326,12 +326,16 @@ static void solve_in_bounds(island_solve *s)
     double first_pace = j->pace;
     push p = AS_THEY_CAME;
     if (pushes && jointed) p.pace = island->push_pace;
-    if (p.pace < 1) pinch_slow_push_out(s->contacts, island, p.pace, 1, &s->problem);
+    pinch_rise *rise = &s->thread->rise;
+    rise->slows = false;
+    if (pushes && !jointed) pinch_limit_rise(s->contacts, island, &s->problem, rise);
+    if (p.pace < 1 || rise->slows) pinch_slow_push_out(s->contacts, island, rise, p.pace, 1, &s->problem);
     for (int try = 0;; try++) {
         try_solvers(s);
         bool may_wait = jointed && j->pace > 0 && !island->result.over_budget && known;
         if (island->status == PINCH_OK && !pinch_island_is_solved(island) && may_wait) solve_without_closing(s);
-        if (island->status == PINCH_OK && !pinch_island_is_solved(island) && p.pace < 1) {
+        if (island->status == PINCH_OK && !pinch_island_is_solved(island) && (p.pace < 1 || rise->slows)) {
+            rise->slows = false;
             solve_as_they_came(s, first_pace);
             last = try > 0;
             p = AS_THEY_CAME;

@@ -467,15 +467,24 @@ void pinch_close_push(const pinch_step_context *context, const pinch_problem *pr
     island->push_pace = jointed ? fmin(fmax(easy ? FASTER * pace : pace, LEAST), 1) : pace;
 }
 
-void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, double pace, double bounce,
-                         pinch_problem *problem)
+void pinch_find_pushes(const pinch_contact_store *contacts, const pinch_island *island, const pinch_problem *problem,
+                       pinch_rising_contact *of)
+{
+    walk at = {contacts, island, 0, 0};
+    for (int k = 0; k < problem->contact_count; k++)
+        of[k].push = push_of(&problem->contacts[k], next_law(&at), problem->step);
+}
+
+void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, const pinch_rise *rise,
+                         double pace, double bounce, pinch_problem *problem)
 {
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count; k++) {
         pinch_contact *c = &problem->contacts[k];
         const pinch_own_law *own = next_law(&at);
         if (!is_hard(c, own)) continue;
-        c->surface_velocity[0] += (1 - pace) * push_of(c, own, problem->step) + (1 - bounce) * own->rebound;
+        double part = rise->slows ? pace * rise->contacts.items[k].pace : pace;
+        c->surface_velocity[0] += (1 - part) * push_of(c, own, problem->step) + (1 - bounce) * own->rebound;
     }
 }
 

@@ -48,6 +48,13 @@ void pinch_problem_buffers_free(pinch_problem_buffers *buffers)
     free(buffers->rows.items);
 }
 
+static void rise_free(pinch_rise *rise)
+{
+    free(rise->order.items);
+    free(rise->bodies.items);
+    free(rise->contacts.items);
+}
+
 void pinch_solver_pool_destroy(pinch_solver_pool *pool)
 {
     pinch_workers_destroy(pool->workers);
@@ -55,6 +62,7 @@ void pinch_solver_pool_destroy(pinch_solver_pool *pool)
         pinch_step_solver_destroy(pool->thread[k].solver);
         pinch_problem_buffers_free(&pool->thread[k].buffers);
         pinch_problem_buffers_free(&pool->thread[k].before);
+        rise_free(&pool->thread[k].rise);
         pinch_step_memory_destroy(pool->thread[k].memory_before);
     }
     free(pool->thread);
@@ -66,12 +74,17 @@ static size_t buffer_bytes(const pinch_problem_buffers *buffers)
     return PINCH_LIST_BYTES(buffers->bodies) + PINCH_LIST_BYTES(buffers->contacts) + PINCH_LIST_BYTES(buffers->rows);
 }
 
+static size_t rise_bytes(const pinch_rise *rise)
+{
+    return PINCH_LIST_BYTES(rise->order) + PINCH_LIST_BYTES(rise->bodies) + PINCH_LIST_BYTES(rise->contacts);
+}
+
 static size_t thread_bytes(const pinch_solver_pool *pool)
 {
     size_t sum = 0;
     for (int k = 0; k < pool->threads; k++)
         sum += pinch_step_solver_memory(pool->thread[k].solver, NULL) + buffer_bytes(&pool->thread[k].buffers) +
-               buffer_bytes(&pool->thread[k].before);
+               buffer_bytes(&pool->thread[k].before) + rise_bytes(&pool->thread[k].rise);
     return sum;
 }
 
@@ -87,6 +100,12 @@ bool pinch_reserve_problem(pinch_problem_buffers *buffers, int bodies, int conta
 {
     return RESERVE_AND_COUNT(buffers->bodies, bodies) && RESERVE_AND_COUNT(buffers->contacts, contacts) &&
            RESERVE_AND_COUNT(buffers->rows, rows);
+}
+
+bool pinch_reserve_rise(pinch_rise *rise, int bodies, int contacts)
+{
+    return RESERVE_AND_COUNT(rise->order, bodies) && RESERVE_AND_COUNT(rise->bodies, bodies) &&
+           RESERVE_AND_COUNT(rise->contacts, contacts);
 }
 
 /*
@@ -126,10 +145,14 @@ void pinch_trim_solver_pool(pinch_solver_pool *pool, long step)
     }
     for (int k = 0; k < pool->threads; k++) {
         pinch_problem_buffers *buffers = &pool->thread[k].buffers;
+        pinch_rise *rise = &pool->thread[k].rise;
         pinch_step_solver_trim(pool->thread[k].solver, LITTLE);
         TRIM(buffers->bodies);
         TRIM(buffers->contacts);
         TRIM(buffers->rows);
+        TRIM(rise->order);
+        TRIM(rise->bodies);
+        TRIM(rise->contacts);
     }
     size_t after = thread_bytes(pool);
     if (after < before) pool->missed_above = after + (before - after) / 2;

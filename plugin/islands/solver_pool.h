@@ -17,9 +17,41 @@ typedef struct pinch_problem_buffers {
     PINCH_LIST(pinch_joint_row) rows; /* as many as pinch_island_joints.room for an island */
 } pinch_problem_buffers;
 
+/* See rise.c. A body as it comes up out of overlaps, */
+typedef struct pinch_rising_body {
+    double speed, way; /* m/s that contacts ask for, m that it goes, where those below it come up as well */
+    double fastest;    /* m/s, that one contact asks for */
+    double pace;       /* the part of `speed` that it, and what lies on it, may have */
+    int place;         /* by height */
+    int first;         /* its first contact with what is below it; -1: none */
+} pinch_rising_body;
+
+/* and a contact that pushes. */
+typedef struct pinch_rising_contact {
+    double push;  /* m/s that its overlap asks for */
+    double lifts; /* the part of it that is upward */
+    double pace;  /* the part of it that is not too fast */
+    int below;    /* the lower body, -1 for the ground */
+    int next;     /* the next one of the upper body */
+} pinch_rising_contact;
+
+typedef struct pinch_height {
+    double height; /* m */
+    int body;
+} pinch_height;
+
+/* A thread's lists count as those of problem buffers. */
+typedef struct pinch_rise {
+    PINCH_LIST(pinch_height) order;
+    PINCH_LIST(pinch_rising_body) bodies;
+    PINCH_LIST(pinch_rising_contact) contacts;
+    bool slows; /* the pace of a contact is less than 1 */
+} pinch_rise;
+
 typedef struct pinch_solver_thread {
     pinch_step_solver *solver;
     pinch_problem_buffers buffers;
+    pinch_rise rise;
     pinch_problem_buffers before;     /* with a recorder: the problem as it was before its solve, */
     pinch_step_memory *memory_before; /* and its memory */
 } pinch_solver_thread;
@@ -42,6 +74,8 @@ size_t pinch_solver_pool_bytes(const pinch_solver_pool *pool);
 
 /* Makes room in the buffers. Returns false when memory runs out. */
 bool pinch_reserve_problem(pinch_problem_buffers *buffers, int bodies, int contacts, int rows);
+/* Makes room for the bodies and contacts of a problem. Returns false when memory runs out. */
+bool pinch_reserve_rise(pinch_rise *rise, int bodies, int contacts);
 void pinch_problem_buffers_free(pinch_problem_buffers *buffers);
 /* Gives back what a span of steps has not needed. */
 void pinch_trim_solver_pool(pinch_solver_pool *pool, long step);

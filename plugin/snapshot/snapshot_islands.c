@@ -5,7 +5,14 @@
 #include <string.h>
 
 /* Bytes that an archive has at least for one of each, and the most unknowns that a memory may be of. */
-enum { DRIVE_BYTES = 44, MEMORY_BYTES = 12, BACKED_OFF_BYTES = 26, ACCOUNT_BYTES = 53, MOST_UNKNOWNS = 1 << 15 };
+enum {
+    DRIVE_BYTES = 44,
+    MEMORY_BYTES = 12,
+    BACKED_OFF_BYTES = 26,
+    ACCOUNT_BYTES = 53,
+    IDLE_BYTES = 81,
+    MOST_UNKNOWNS = 1 << 15
+};
 
 static void archive_drives(pinch_archive *a, pinch_drives *drives)
 {
@@ -118,10 +125,29 @@ static void archive_accounts(pinch_archive *a, pinch_joint_accounts *accounts)
     pinch_archive_index(a, &accounts->index, PINCH_ITEM_KEYS(*accounts, pinch_joint_account, body), accounts->count);
 }
 
+static void archive_sleep(pinch_archive *a, pinch_sleep *sleep)
+{
+    PINCH_ARCHIVE_LIST(a, *sleep, IDLE_BYTES);
+    for (int i = 0; i < sleep->count; i++) {
+        pinch_idle_body *idle = &sleep->items[i];
+        pinch_archive_old_body(a, &idle->body);
+        PINCH_ARCHIVE(a, idle->steps);
+        PINCH_ARCHIVE(a, idle->time);
+        PINCH_ARCHIVE(a, idle->linear);
+        PINCH_ARCHIVE(a, idle->angular);
+        PINCH_ARCHIVE(a, idle->samples);
+        PINCH_ARCHIVE(a, idle->patience);
+        pinch_archive_flag(a, &idle->was_put_to_sleep);
+        PINCH_ARCHIVE(a, idle->seen);
+    }
+    pinch_archive_index(a, &sleep->index, PINCH_ITEM_KEYS(*sleep, pinch_idle_body, body), sleep->count);
+}
+
 void pinch_archive_islands(pinch_archive *a, pinch_island_graph *graph)
 {
     archive_drives(a, &graph->bodies.drives);
     archive_memories(a, graph);
     archive_backoff(a, &graph->backoff);
     archive_accounts(a, &graph->accounts);
+    archive_sleep(a, &graph->sleep);
 }

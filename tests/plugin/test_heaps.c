@@ -274,6 +274,58 @@ static void test_a_sunk_tower_comes_up(void **state)
     heap_free(&p);
 }
 
+/* Boxes that touch exactly, or nearly, fall onto each other one by one, and are faster and deeper in each other the
+ * higher they are. They come up, and none goes higher than it was laid. */
+static void test_a_falling_stack_does_not_hop(void **state)
+{
+    (void)state;
+    enum { TALL = 30, FEW = 10 };
+    static const double HEIGHTS[] = {0, 1e-6, 1}; /* m, above the ground; those of the gaps are as large, up to 1e-6 */
+    for (int k = 0; k < 3; k++) {
+        heap p;
+        int boxes = HEIGHTS[k] < 1 ? TALL : FEW;
+        double gap = fmin(HEIGHTS[k], 1e-6), highest = 0;
+        pinch_ode_settings settings = pinch_ode_default_settings();
+        ground_make(&p, &settings);
+        for (int i = 0; i < boxes; i++) (void)add_box(&p, 0, 0, HEIGHTS[k] + (SIZE + gap) * i + 0.5 * SIZE);
+        double lain = SIZE * (boxes - 0.5), lowest = lain;
+        for (int step = 0; step < 400; step++) {
+            (void)run(&p, 1);
+            double top = dBodyGetPosition(p.body[boxes - 1])[2];
+            lowest = fmin(lowest, top);
+            if (lowest < lain - 0.02) highest = fmax(highest, top); /* it has come down */
+        }
+        assert_true(lowest < lain - 0.02);
+        assert_true(highest < lain + 1e-3);
+        assert_close(dBodyGetPosition(p.body[boxes - 1])[2], lain, 1e-3);
+        assert_true(run(&p, 1) < 1e-3);
+        heap_free(&p);
+    }
+}
+
+/* A pyramid whose boxes may go to sleep is solved as if they could not, and sleeps as soon as all of them are slow. */
+static void test_a_pyramid_goes_to_sleep(void **state)
+{
+    (void)state;
+    enum { SOON = 150 };
+    heap p;
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    ground_make(&p, &settings);
+    dWorldSetAutoDisableFlag(p.world, 1);
+    for (int course = 0; course < 16; course++)
+        for (int k = 0; k < 16 - course; k++)
+            (void)add_box(&p, 1.05 * SIZE * (k - 0.5 * (15 - course)), 0, SIZE * (course + 0.5));
+    (void)run(&p, SOON);
+    for (int k = 0; k < p.count; k++) {
+        assert_false(dBodyIsEnabled(p.body[k]));
+        assert_true(dBodyGetAutoDisableLinearThreshold(p.body[k]) == dWorldGetAutoDisableLinearThreshold(p.world));
+        assert_true(dBodyGetAutoDisableAngularThreshold(p.body[k]) == dWorldGetAutoDisableAngularThreshold(p.world));
+    }
+    assert_close(dBodyGetPosition(p.body[p.count - 1])[2], 15.5 * SIZE, 1e-3);
+    assert_int_equal(pinch_ode_statistics(p.plugin).unconverged_steps, 0);
+    heap_free(&p);
+}
+
 int main(void)
 {
     dInitODE2(0);
@@ -281,7 +333,8 @@ int main(void)
         cmocka_unit_test(test_swept_heaps_come_to_rest), cmocka_unit_test(test_a_tall_pyramid_stands),
         cmocka_unit_test(test_touching_neighbours_rest), cmocka_unit_test(test_worldstep_sweeps_nothing),
         cmocka_unit_test(test_small_heaps_are_solved),   cmocka_unit_test(test_a_falling_heap_is_solved),
-        cmocka_unit_test(test_a_sunk_tower_comes_up)};
+        cmocka_unit_test(test_a_sunk_tower_comes_up),    cmocka_unit_test(test_a_falling_stack_does_not_hop),
+        cmocka_unit_test(test_a_pyramid_goes_to_sleep)};
     int failed = cmocka_run_group_tests_name("heaps", tests, NULL, NULL);
     dCloseODE();
     return failed;

@@ -1,6 +1,6 @@
 /*
- * Two boxes on a hinge must go to sleep together and wake together. Pinch solves the hinge, so that ODE does not see
- * what ties them. The plugin's step is made in one call, and in two.
+ * What goes to sleep by ODE's thresholds, and when. Pinch solves contacts and hinges, so that ODE does not see what
+ * ties bodies, and it is Pinch that puts them to sleep.
  */
 #include "support/cmocka_all.h"
 
@@ -13,10 +13,12 @@ typedef struct couple {
     pinch_ode *plugin;
     dBodyID body[2];
     dGeomID box[2], ground;
+    double friction;
 } couple;
 
 static void make(couple *c)
 {
+    c->friction = 0.5;
     c->world = dWorldCreate();
     dWorldSetGravity(c->world, 0, 0, -9.81);
     dWorldSetAutoDisableFlag(c->world, 1);
@@ -54,7 +56,7 @@ static void step(couple *c, bool in_two)
         int count = dCollide(c->box[i], c->ground, 4, &contact[0].geom, sizeof contact[0]);
         for (int k = 0; k < count; k++) {
             contact[k].surface.mode = dContactApprox1;
-            contact[k].surface.mu = 0.5;
+            contact[k].surface.mu = c->friction;
             assert_int_equal(pinch_ode_add_contact(c->plugin, &contact[k], c->body[i], NULL), PINCH_OK);
         }
     }
@@ -66,6 +68,7 @@ static void step(couple *c, bool in_two)
     }
 }
 
+/* Two boxes on a hinge go to sleep together and wake together. The plugin's step is made in one call, and in two. */
 static void test_together(void **state)
 {
     (void)state;
@@ -84,9 +87,78 @@ static void test_together(void **state)
     }
 }
 
+/* Returns the step, of the first 100, in which one of the boxes is disabled. */
+static int falls_asleep_in(couple *c)
+{
+    for (int i = 0; i < 100; i++) {
+        step(c, false);
+        if (!dBodyIsEnabled(c->body[0])) return i;
+    }
+    return -1;
+}
+
+/* All boxes are to have been slow for the steps, the time and the samples that they are to, the slowest as well as the
+ * most patient. */
+static void test_when(void **state)
+{
+    (void)state;
+    couple c;
+    make(&c);
+    dBodySetAutoDisableSteps(c.body[1], 30);
+    int first = falls_asleep_in(&c);
+    assert_true(first >= 29 && first <= 60);
+    step(&c, false);
+    dBodyEnable(c.body[0]);
+    dBodySetAutoDisableSteps(c.body[1], 10);
+    dBodySetAutoDisableTime(c.body[0], 0.455);
+    assert_int_equal(falls_asleep_in(&c), 45); /* after 46 steps */
+    destroy(&c);
+
+    make(&c);
+    dBodySetAutoDisableAverageSamplesCount(c.body[1], 0); /* ODE's way of saying never */
+    assert_int_equal(falls_asleep_in(&c), -1);
+    dBodySetAutoDisableAverageSamplesCount(c.body[1], 25);
+    first = falls_asleep_in(&c);
+    assert_true(first >= 24 && first <= 26);
+    destroy(&c);
+}
+
+/* Until they sleep, boxes are not stopped: they slide on below the thresholds, on ground without friction. */
+static void test_nothing_is_stopped_alone(void **state)
+{
+    (void)state;
+    static const double SLOW = 5e-3;
+    couple c;
+    make(&c);
+    dBodySetAutoDisableSteps(c.body[1], 1000); /* keeps both awake */
+    for (int i = 0; i < 2; i++) dBodySetLinearVel(c.body[i], 0, SLOW, 0);
+    c.friction = 0;
+    for (int i = 0; i < 200; i++) step(&c, i % 2);
+    for (int i = 0; i < 2; i++) assert_close(dBodyGetLinearVel(c.body[i])[1], SLOW, 1e-9);
+    destroy(&c);
+}
+
+/* A program that enables a body in each step keeps it awake but for a few steps. */
+static void test_kept_awake(void **state)
+{
+    (void)state;
+    couple c;
+    int asleep = 0;
+    make(&c);
+    for (int i = 0; i < 2000; i++) {
+        step(&c, false);
+        asleep += !dBodyIsEnabled(c.body[0]);
+        for (int k = 0; k < 2; k++) dBodyEnable(c.body[k]);
+    }
+    assert_in_range(asleep, 1, 8); /* after 10, 20, 40, ... steps */
+    destroy(&c);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_together)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_together), cmocka_unit_test(test_when),
+                                       cmocka_unit_test(test_nothing_is_stopped_alone),
+                                       cmocka_unit_test(test_kept_awake)};
     dInitODE2(0);
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     dCloseODE();

@@ -181,8 +181,10 @@ PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, cons
  * that are no numbers or an ERP outside [0, 1]; and all those by surface parameters where the solver
  * takes no Newton steps, settings.faces is not 0 or a body is under force control. A malformed contact (not finite, a
  * normal whose length is not 1 to about 5e-4, twice the same body, no body that can move) is skipped and counted.
- * Contacts wait where all their bodies are disabled; bodies wake as in ODE. PINCH_INVALID_ARGUMENT: a NULL plugin or
- * contact, or a call between pinch_ode_solve and pinch_ode_advance.
+ * Contacts wait where all their bodies are disabled; bodies wake as in ODE. Those that are to be disabled by themselves
+ * (dBodySetAutoDisableFlag) are so by ODE's thresholds, but all bodies that contacts and joints tie to each other in the
+ * same step, by pinch_ode_solve; until then none of them is stopped. PINCH_INVALID_ARGUMENT: a NULL plugin or contact,
+ * or a call between pinch_ode_solve and pinch_ode_advance.
  */
 PINCH_API pinch_status pinch_ode_add_contact(pinch_ode *plugin, const dContact *contact, dBodyID body1, dBodyID body2);
 
@@ -580,8 +582,8 @@ PINCH_API void pinch_ode_reset_statistics(pinch_ode *plugin);
  * It is restored into the same world, or into another one that was built in the same way, also in another process. A
  * world that was restored, and the one that went on after it was saved, do the same from there, to the bit. What the
  * program sets itself has to be set again as it was: gravity, ERP, CFM, masses, parameters of joints, targets of paths.
- * What ODE keeps and does not show begins anew: how long a body has lain still before it is disabled by itself, and the
- * angles that transmissions and angular motors in Euler mode follow.
+ * What ODE keeps and does not show begins anew: how long a body has been slow that touches nothing, before ODE disables
+ * it, and the angles that transmissions and angular motors in Euler mode follow.
  */
 
 /* The things of a world in an order that the program can repeat: all bodies, geoms and joints that contacts, servos,
