@@ -24,7 +24,6 @@ typedef struct maker {
     int points;       /* contacts of a pair, at most; 0: as they are found */
     double turnover;  /* the share of steps in which a body goes or comes */
     double half_room; /* m */
-    bool may_sleep;   /* some bodies do */
 } maker;
 
 static maker m;
@@ -179,7 +178,6 @@ static dBodyID make_body(void)
     if (chance(0.1)) dBodyDisable(body);
     if (chance(0.05)) dBodySetGravityMode(body, 0);
     if (chance(0.2)) dBodySetAutoDisableFlag(body, 1);
-    m.may_sleep = m.may_sleep || dBodyGetAutoDisableFlag(body);
     if (chance(0.1)) dBodySetLinearDamping(body, 0.01);
     if (chance(0.1)) dBodySetGyroscopicMode(body, 0);
     return body;
@@ -285,7 +283,6 @@ int main(int argc, char **argv)
     sim_run(s);
     sim_print(s, "worlds");
     sim_number("bodies", s->body_count);
-    sim_number("may_sleep", m.may_sleep);
     int status = sim_close(s);
     dGeomTriMeshDataDestroy(tetrahedron);
     return status;
