@@ -100,11 +100,12 @@ typedef struct pinch_joint_accounts {
 /* How long a body that may go to sleep has been slow. */
 typedef struct pinch_idle_body {
     dBodyID body;
-    int steps;             /* in a row */
+    int steps;             /* in a row, since there has been a mean */
     double time;           /* s, of these steps */
     double linear[3];      /* m/s, rad/s: sums of velocities since the last mean of them was taken */
     double angular[3];     /* likewise */
     int samples;           /* that have been summed up */
+    bool has_mean;         /* since it was fast, a mean has been taken */
     int patience;          /* >= 1; it waits that many times as long as asked for */
     bool was_put_to_sleep; /* in the last step */
     long seen;             /* the number of the last step with it */

@@ -131,8 +131,8 @@ void pinch_find_pushes(const pinch_contact_store *contacts, const pinch_island *
                        pinch_rising_contact *of);
 /* rise.c: finds the paces at which contacts push so that what lies on each other does not come up too fast. Without
  * memory, nothing is slowed. */
-void pinch_limit_rise(const pinch_contact_store *contacts, const pinch_island *island, const pinch_problem *problem,
-                      pinch_rise *rise);
+void pinch_limit_rise(const pinch_step_context *context, const pinch_contact_store *contacts,
+                      const pinch_island *island, const pinch_problem *problem, pinch_rise *rise);
 /* push_out.c: scales the velocities at which hard contacts push bodies out, beside their own paces, and bounce. */
 void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, const pinch_rise *rise,
                          double pace, double bounce, pinch_problem *problem);

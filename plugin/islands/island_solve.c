@@ -328,7 +328,7 @@ static void solve_in_bounds(island_solve *s)
     if (pushes && jointed) p.pace = island->push_pace;
     pinch_rise *rise = &s->thread->rise;
     rise->slows = false;
-    if (pushes && !jointed) pinch_limit_rise(s->contacts, island, &s->problem, rise);
+    if (pushes) pinch_limit_rise(s->context, s->contacts, island, &s->problem, rise);
     if (p.pace < 1 || rise->slows) pinch_slow_push_out(s->contacts, island, rise, p.pace, 1, &s->problem);
     for (int try = 0;; try++) {
         try_solvers(s);

@@ -32,20 +32,20 @@ static int by_height(const void *a, const void *b)
     return x->body < y->body ? -1 : 1;
 }
 
-/* Returns the acceleration (m/s^2) by which what acts on all bodies presses them down, and finds the direction against
- * it. 0: nothing does. */
-static double find_up(const pinch_problem *problem, double up[3])
+/* Returns the acceleration (m/s^2) that presses the bodies down, and finds the direction against it: gravity, or where
+ * the world has none, what acts on all of them. 0: nothing does. */
+static double find_up(const pinch_step_context *context, const pinch_problem *problem, double up[3])
 {
-    double mass = 0;
-    pinch_v3_set(up, 0, 0, 0);
+    double mass = 0, acting[3] = {0, 0, 0};
     for (int b = 0; b < problem->body_count; b++) {
         mass += problem->bodies[b].mass;
-        pinch_v3_add_scaled(up, -1, problem->bodies[b].external);
+        pinch_v3_add_scaled(acting, 1, problem->bodies[b].external);
     }
-    double force = pinch_v3_norm(up);
-    if (!(force > 0)) return 0;
-    for (int i = 0; i < 3; i++) up[i] /= force;
-    return force / mass;
+    bool falls = pinch_v3_norm(context->gravity) > 0;
+    for (int i = 0; i < 3; i++) up[i] = -(falls ? context->gravity[i] : acting[i] / mass);
+    double g = pinch_v3_norm(up);
+    for (int i = 0; i < 3 && g > 0; i++) up[i] /= g;
+    return g;
 }
 
 /* May the pushes of any contacts on each other add up to more than gravity stops? Each overlap is at least as deep as
@@ -118,10 +118,10 @@ static void set_paces(const pinch_problem *problem, pinch_rise *rise)
     }
 }
 
-void pinch_limit_rise(const pinch_contact_store *contacts, const pinch_island *island, const pinch_problem *problem,
-                      pinch_rise *rise)
+void pinch_limit_rise(const pinch_step_context *context, const pinch_contact_store *contacts,
+                      const pinch_island *island, const pinch_problem *problem, pinch_rise *rise)
 {
-    double up[3], g = find_up(problem, up);
+    double up[3], g = find_up(context, problem, up);
     rise->slows = false;
     if (!(g > 0) || !pinch_reserve_rise(rise, problem->body_count, problem->contact_count)) return;
     pinch_find_pushes(contacts, island, problem, rise->contacts.items);

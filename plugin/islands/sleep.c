@@ -8,15 +8,16 @@
  * slowly is stopped in each step.
  *
  * So Pinch decides, by the same thresholds, and on whole islands: they go to sleep once all of their bodies are due,
- * and until then no body is stopped. While ODE steps, the thresholds of bodies in islands that are awake are zero.
+ * and until then no body is stopped. While ODE steps, the thresholds of bodies in islands that are awake are zero: ODE
+ * stops what stands exactly still.
  *
  * Means over several samples (dBodySetAutoDisableAverageSamplesCount) are taken over as many steps, one run of them
- * after the other, where ODE takes them over the last steps anew in each step: a body that lies still sleeps at most
- * that many steps later.
+ * after the other, where ODE takes them over the last steps anew in each step.
  *
  * A program keeps bodies awake by enabling them in each step. ODE has the count begin anew then, which cannot be seen.
  * What can be seen is that a body has been enabled in the step after the one that put it to sleep. It then waits twice
- * as long as before.
+ * as long as before, until it has moved, or has slept on. What such a program pushes it with in the step that it sleeps
+ * through is dropped: with that of the next step it would be pushed twice as hard.
  */
 #include "islands/island_graph.h"
 
@@ -84,6 +85,7 @@ static void begin_anew(pinch_idle_body *b)
 {
     b->steps = 0;
     b->time = 0;
+    b->has_mean = false;
     begin_samples(b);
 }
 
@@ -103,12 +105,16 @@ static void watch(pinch_idle_body *b, double h)
     if (samples == 0 || too_fast(b->linear, samples, dBodyGetAutoDisableLinearThreshold(b->body)) ||
         too_fast(b->angular, samples, dBodyGetAutoDisableAngularThreshold(b->body))) {
         begin_anew(b);
+        b->patience = 1;
         return;
     }
-    if (++b->samples < samples) return;
-    b->steps += b->samples;
-    b->time += b->samples * h;
-    begin_samples(b);
+    if (++b->samples >= samples) {
+        b->has_mean = true;
+        begin_samples(b);
+    }
+    if (!b->has_mean) return;
+    b->steps++;
+    b->time += h;
 }
 
 static bool is_due(const pinch_idle_body *b)
@@ -126,6 +132,7 @@ static void look_at(pinch_sleep *s, dBodyID body, const pinch_step_context *cont
     if (!b) return;
     bool enabled = dBodyIsEnabled(body);
     if (enabled && b->was_put_to_sleep && b->patience < MOST_PATIENCE) b->patience *= 2;
+    if (!enabled) b->patience = 1;
     b->was_put_to_sleep = false;
     if (enabled)
         watch(b, context->h);
@@ -194,6 +201,8 @@ void pinch_put_to_sleep(pinch_island_graph *graph)
             if (b) b->was_put_to_sleep = true;
             dBodySetLinearVel(body, 0, 0, 0);
             dBodySetAngularVel(body, 0, 0, 0);
+            dBodySetForce(body, 0, 0, 0);
+            dBodySetTorque(body, 0, 0, 0);
             dBodyDisable(body);
         }
     }

@@ -10,7 +10,7 @@ enum {
     MEMORY_BYTES = 12,
     BACKED_OFF_BYTES = 26,
     ACCOUNT_BYTES = 53,
-    IDLE_BYTES = 81,
+    IDLE_BYTES = 82,
     MOST_UNKNOWNS = 1 << 15
 };
 
@@ -136,6 +136,7 @@ static void archive_sleep(pinch_archive *a, pinch_sleep *sleep)
         PINCH_ARCHIVE(a, idle->linear);
         PINCH_ARCHIVE(a, idle->angular);
         PINCH_ARCHIVE(a, idle->samples);
+        pinch_archive_flag(a, &idle->has_mean);
         PINCH_ARCHIVE(a, idle->patience);
         pinch_archive_flag(a, &idle->was_put_to_sleep);
         PINCH_ARCHIVE(a, idle->seen);
