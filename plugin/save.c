@@ -48,6 +48,7 @@ static void archive_numbers(pinch_archive *a, pinch_ode *p)
     PINCH_ARCHIVE(a, p->context.number);
     if (p->context.number < 0 || p->context.number > LONG_MAX / 2) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
     PINCH_ARCHIVE(a, p->last_h);
+    PINCH_ARCHIVE(a, p->context.noise);
     PINCH_ARCHIVE(a, p->world_values);
     PINCH_ARCHIVE(a, p->stats);
     pinch_archive_flag(a, &p->recount_at_rest);
@@ -150,6 +151,7 @@ static void take_over(pinch_ode *p, restored *r)
     p->pool.kept = r->state.pool.kept;
     p->context.number = r->state.context.number;
     p->last_h = r->state.last_h;
+    memcpy(p->context.noise, r->state.context.noise, sizeof p->context.noise);
     memcpy(p->world_values, r->state.world_values, sizeof p->world_values);
     p->stats = r->state.stats;
     p->recount_at_rest = r->state.recount_at_rest;

@@ -357,6 +357,13 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
 
 /* ---- after ODE's step ---- */
 
+/* Answers are as exact as their forces are, and the lighter a link, the more of that is seen in its motion. */
+static void fade_noise(pinch_ode *p)
+{
+    static const double LEFT = 0.95;
+    for (int i = 0; i < 2; i++) p->context.noise[i] *= LEFT;
+}
+
 static void conclude_step(pinch_ode *p, pinch_island *island)
 {
     pinch_ode_stats *stats = &p->stats;
@@ -367,6 +374,8 @@ static void conclude_step(pinch_ode *p, pinch_island *island)
         pinch_island_is_solved(island) ? island->joints.range.count : 0;
     keep_larger(&stats->step_mismatch, island->mismatch[0]);
     keep_larger(&stats->step_mismatch_angular, island->mismatch[1]);
+    for (int i = 0; i < 2 && pinch_island_is_solved(island); i++)
+        keep_larger(&p->context.noise[i], island->mismatch[i]);
 }
 
 /* From here on, what comes may be as it was in this step. */
@@ -440,6 +449,7 @@ static void go_on(pinch_ode *p)
     pinch_move_shared_bodies(&p->context, &p->graph, p->stepped);
     for_each_island(p, carry_on, true);
     pinch_tell_geoms_of_islands(&p->graph, p->graph.count > MANY);
+    fade_noise(p);
     for_each_island_in_order(p, conclude_step);
 }
 

@@ -12,6 +12,7 @@ typedef struct pinch_step_context {
     double h;                    /* s */
     double gravity[3];           /* m/s^2, of the solve */
     dVector3 gravity_now;        /* m/s^2, when bodies are moved: a program may change it in between */
+    double noise[2];             /* m/s, rad/s: by which ODE's steps have missed what was solved, the last ones most */
     bool same_world;             /* h and all values of the world are those of the last step */
     bool solve_and_advance;      /* one call does both halves of the step: nobody can change a joint between them */
 } pinch_step_context;

@@ -31,7 +31,7 @@ typedef struct hand_link {
     hand_mass mass; /* its own */
     int body;       /* that it is part of */
     hand_pose in_body;
-    double gravity_compensation; /* MJCF: the part of its weight that is taken off */
+    double gravity_compensation; /* MJCF: the part of its weight that is taken off, >= 0 */
     char *file;                  /* and line: where it is written */
     int line;
 } hand_link;
@@ -44,6 +44,7 @@ typedef struct hand_body {
     int parent; /* -1: none */
     int link;   /* the first; -1: the base has none */
     hand_mass mass;
+    hand_mass relieved; /* the part of it whose weight is taken off; its inertia says nothing */
 } hand_body;
 
 typedef enum hand_joint_type { HAND_HINGE = 0, HAND_SLIDER } hand_joint_type;

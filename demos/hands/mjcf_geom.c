@@ -105,6 +105,11 @@ static void read_contact(const mjcf_element *e, hand_geom *geom)
     geom->contype = read_bits(e, "contype");
     geom->conaffinity = read_bits(e, "conaffinity");
     geom->collides = geom->contype != 0 || geom->conaffinity != 0;
+    double directions = 3;
+    mjcf_numbers(e, "condim", &directions, 1, 1);
+    if (directions != 1 && directions != 3 && directions != 4 && directions != 6)
+        reader_refuse(e->m->r, e->node, "expected 1, 3, 4 or 6 in condim");
+    if (geom->collides && directions != 3) reader_unmodelled(e->m->r, e->node, "condim of a geom");
     bool given = mjcf_numbers(e, "friction", friction, 1, 3) > 0;
     for (int i = 0; i < 3; i++) geom->friction[i] = given ? friction[i] : -1;
 }

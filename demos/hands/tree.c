@@ -44,6 +44,8 @@ static void add_masses(hand_reader *r)
         if (!(link->mass.mass > 0)) continue;
         mass_in_outer(&link->in_body, &link->mass, &moved);
         mass_add(&h->bodies[link->body].mass, &moved);
+        moved.mass *= link->gravity_compensation;
+        mass_add(&h->bodies[link->body].relieved, &moved);
     }
 }
 

@@ -221,8 +221,9 @@ typedef struct scene_control {
     int joint, tendon; /* of the hand's model; one of them is -1 */
     const char *name;  /* of that joint or tendon; the model's */
     scene_control_type type;
-    double kp, kd;    /* >= 0; kp > 0 where a position and kd > 0 where a velocity is controlled */
-    double max_force; /* > 0; default what the file allows, else INFINITY */
+    double kp, kd;                    /* >= 0; kp > 0 where a position and kd > 0 where a velocity is controlled */
+    double max_force;                 /* > 0; default what the file allows, else INFINITY */
+    double least_target, most_target; /* the file's range of control, for targets that the scene gives */
     size_t target_count;
     scene_target *target; /* piecewise linear; default, at time 0: the joint's start, or 0 where no position */
 } scene_control;

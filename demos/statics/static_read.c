@@ -83,10 +83,14 @@ static void read_loads(static_system *s)
     dWorldGetGravity(w->ode, gravity);
     for (int k = 0; k < w->hand_count; k++)
         for (int i = 0; i < w->hands[k].joint_count; i++) {
-            dBodyID body = w->hands[k].joints[i].body;
+            const world_joint *j = &w->hands[k].joints[i];
+            dBodyID body = j->body;
+            double relief[3], at[3];
             dMass mass;
             dBodyGetMass(body, &mass);
             static_add_motion(s, body, dBodyGetPosition(body), gravity, false, mass.mass, s->weight);
+            world_relief(j, gravity, relief, at);
+            if (j->relieved > 0) static_add_motion(s, body, at, relief, false, 1, s->weight);
         }
     for (int i = 0; i < s->coordinates; i++) s->load[i] += s->weight[i];
 }

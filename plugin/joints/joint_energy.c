@@ -164,6 +164,14 @@ double pinch_weight_of_all(const pinch_problem *problem)
     return weight;
 }
 
+/* Returns the sum of the torques (N m) that act on bodies from outside of the problem. */
+static double torque_on_all(const pinch_problem *problem)
+{
+    double torque = 0;
+    for (int b = 0; b < problem->body_count; b++) torque += pinch_v3_norm(problem->bodies[b].external + 3);
+    return torque;
+}
+
 bool pinch_body_is_thrown(dBodyID body, const pinch_body *solved, double fall)
 {
     double change[3];
@@ -202,7 +210,7 @@ static bool is_thrown(const pinch_step_bodies *bodies, const pinch_step_joint *j
 double pinch_joint_lifting(const pinch_joint_store *store, const pinch_island_joints *joints,
                            const pinch_step_bodies *bodies, const pinch_problem *problem, bool loops, double fall)
 {
-    double weight = pinch_weight_of_all(problem), arm = longest_arm(problem), work = 0;
+    double weight = pinch_weight_of_all(problem), arm = longest_arm(problem), torque = torque_on_all(problem), work = 0;
     for (int k = 0; k < joints->range.count; k++) {
         const pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         const pinch_joint_row *row = problem->rows + joint->rows.first;
@@ -214,7 +222,8 @@ double pinch_joint_lifting(const pinch_joint_store *store, const pinch_island_jo
             double along = pinch_v3_norm(j), lever = along > 0 ? along : arm * pinch_v3_norm(j + 3);
             if (!loops) asked = fmin(asked, FALLS * fall / lever);
             double speed = closing > 0 ? velocity_along(problem, &row[i]) : -velocity_along(problem, &row[i]);
-            work += problem->step * fmin(fabs(row[i].force), weight * lever) * fmin(speed, asked);
+            double load = weight * lever + (along > 0 ? 0 : torque * pinch_v3_norm(j + 3));
+            work += problem->step * fmin(fabs(row[i].force), load) * fmin(speed, asked);
         }
     }
     return fmax(work, 0);

@@ -283,6 +283,7 @@ void pinch_joint_rows_of(const pinch_step_context *context, dJointID joint, cons
                            .body = {body[0], body[1]},
                            .reversed = pinch_joint_reversed(joint, body),
                            .h = context->h,
+                           .noise = context->noise,
                            .step = context->number,
                            .erp = dWorldGetERP(context->world),
                            .cfm = dWorldGetCFM(context->world),

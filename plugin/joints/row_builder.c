@@ -197,20 +197,22 @@ static pinch_joint_row *motor_row(pinch_row_builder *b, const pinch_limit_motor 
 }
 
 /* How far a step's rounding may leave a joint from a stop that it leans on, rad or m: light links turn by 1e-10 rad/s
- * and more for it. A stop that acted in some steps only, as these digits fall, would be run into again and again, and a
- * step without it carries a finger that leans on it far beyond. Within this the row leaves the joint free to go away,
- * and lets it come as far as the stop.
+ * and more for it, and by as much as ODE's steps have missed what was solved. A stop that acted in some steps only, as
+ * these digits fall, would be run into again and again, and a step without it carries a finger that leans on it far
+ * beyond. Within this the row leaves the joint free to go away, and lets it come as far as the stop.
  */
-static double stop_rounding(double stop)
+static double stop_rounding(const pinch_row_builder *b, const pinch_limit_motor *m, double stop)
 {
-    return 1e-10 * pinch_larger(fabs(stop), 1);
+    static const double STEPS = 10, MOST = 1e-6; /* as many take most of an error back; m/s, rad/s */
+    double noise = pinch_smaller(b->noise[!m->linear], MOST);
+    return pinch_larger(1e-10 * pinch_larger(fabs(stop), 1), STEPS * b->h * noise);
 }
 
 void pinch_limit_motor_row(pinch_row_builder *b, const pinch_limit_motor *m, const double *axis)
 {
     bool stops = m->limited && (m->crossed || m->low_stop <= m->high_stop);
-    bool at_low = stops && m->position <= m->low_stop + stop_rounding(m->low_stop);
-    bool at_high = stops && !at_low && m->position >= m->high_stop - stop_rounding(m->high_stop);
+    bool at_low = stops && m->position <= m->low_stop + stop_rounding(b, m, m->low_stop);
+    bool at_high = stops && !at_low && m->position >= m->high_stop - stop_rounding(b, m, m->high_stop);
     bool powered = m->fmax > 0;
     if (!powered && !at_low && !at_high) return;
 

@@ -18,6 +18,7 @@ typedef struct pinch_row_builder {
     dBodyID body[2];
     bool reversed; /* the joint is attached as (0, body), which ODE turns round */
     double h, erp, cfm;
+    const double *noise; /* of pinch_step_context */
     long step;
     const double *axis2;    /* see pinch_joint_rows_of */
     const double *own_axis; /* the joint's axis in the first body's frame, where it has been read, otherwise NULL */

@@ -6,6 +6,7 @@
 
 #include "hands/hand.h"
 #include "scenes/world/world_hand.h"
+#include "statics/hand_statics.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -142,6 +143,84 @@ static void test_energy_of_a_finger_that_touches_nothing(void **state)
     assert_true(pinch_ode_statistics(w->plugin).joints_solved > 0);
     world_free(w);
     scene_free(s);
+}
+
+/* A bar of 50 g whose weight is taken off by a part, with a ball of 30 g fixed to its end, on a position drive. */
+static world *relieved_bar(double part, const char *control, scene **s)
+{
+    char text[1536], *folder = program_make_folder();
+    snprintf(
+        text, sizeof text,
+        "<mujoco><compiler angle='radian'/><worldbody><body name='base'><geom type='sphere' size='0.005' mass='0.1'/>"
+        "<body name='bar' gravcomp='%g'><joint name='hinge' axis='0 -1 0'/>"
+        "<geom type='capsule' size='0.01' fromto='0 0 0 0.1 0 0' mass='0.05'/>"
+        "<body name='ball' pos='0.12 0 0'><geom type='sphere' size='0.01' mass='0.03'/></body></body></body>"
+        "</worldbody><actuator><position name='drive' joint='hinge' kp='2' kv='0.02' gear='2' ctrlrange='-0.3 0.6'/>"
+        "</actuator></mujoco>",
+        part);
+    free(program_write_file(folder, "bar.xml", text));
+    snprintf(text, sizeof text,
+             "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"sphere\", \"radius\": 0.01},"
+             " \"mass\": 0.1, \"position\": [0, 1, 0]}, \"hand\": {\"file\": \"%s/bar.xml\", \"joints\":"
+             " {\"hinge\": -0.4}, \"control\": {%s}}, \"environment\": [{\"name\": \"table\", \"shape\":"
+             " {\"type\": \"box\", \"size\": [0.5, 0.5, 0.2]}, \"position\": [0, 1, -0.11], \"stiffness\":"
+             " {\"normal\": 1e5}, \"damping\": {\"normal\": 50}, \"friction\": 0.5}]}",
+             folder, control);
+    *s = scene_from_text(text);
+    program_remove_folder(folder);
+    world *w = world_of(*s);
+    world_run_until(w, 3);
+    assert_true(fabs(w->ledger.closure) <= 1e-9 * w->ledger.work_size);
+    return w;
+}
+
+/* gravcomp takes its part of a link's weight off, in a run and at its end; what is fixed to the link keeps its own. */
+static void test_weight_that_is_taken_off(void **state)
+{
+    (void)state;
+    static const double PARTS[] = {0, 0.5, 1, 1.7};
+    for (int k = 0; k < 4; k++) {
+        scene *s;
+        world *w = relieved_bar(PARTS[k], "\"drive\": {\"target\": 0.2}", &s);
+        const world_joint *j = &w->hands[0].joints[0];
+        double weight = 9.81 * cos(j->position) * ((1 - PARTS[k]) * 0.05 * 0.05 + 0.03 * 0.12);
+        assert_close(j->velocity, 0, 1e-9);
+        assert_close(j->torque, weight, 1e-9);
+        assert_close(j->position, 0.2 - weight / (2 * 2 * 2), 1e-9);
+        hand_statics x;
+        assert_true(hand_statics_solve(s, 3, &x));
+        assert_int_equal(x.joint_count, 1);
+        assert_close(x.joints[0].torque, weight, 1e-9);
+        assert_close(x.joints[0].weight_torque, -weight, 1e-9);
+        hand_statics_free(&x);
+        world_free(w);
+        scene_free(s);
+    }
+}
+
+/* Targets are held within the range of control of the file, as gear and gain turn it into positions; where a scene says
+ * none, the joint stays where it starts. */
+static void test_targets_beyond_the_range_of_control(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *control;
+        double position;
+    } cases[] = {
+        {"\"drive\": {\"target\": 1}", 0.3},
+        {"\"drive\": {\"target\": -1}", -0.15},
+        {"\"drive\": {\"target\": [[0, 0], [1, 0.25], [2, 2]]}", 0.3},
+        {"\"drive\": {\"kd\": 0.1}", -0.4},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        scene *s;
+        world *w = relieved_bar(1, cases[k].control, &s);
+        const world_joint *j = &w->hands[0].joints[0];
+        double weight = 9.81 * cos(j->position) * 0.03 * 0.12;
+        assert_close(j->position, cases[k].position - weight / 8, 1e-9);
+        world_free(w);
+        scene_free(s);
+    }
 }
 
 /* Dry friction takes its torque times the way, also from a joint that is flung, at 80 rad/s in steps of 1 ms, whose
@@ -306,6 +385,8 @@ int main(int argc, char **argv)
         cmocka_unit_test(test_torque_over_lever_arm),
         cmocka_unit_test(test_motors_whose_force_dies_away),
         cmocka_unit_test(test_energy_of_a_finger_that_touches_nothing),
+        cmocka_unit_test(test_weight_that_is_taken_off),
+        cmocka_unit_test(test_targets_beyond_the_range_of_control),
         cmocka_unit_test(test_dry_friction_of_a_flung_finger),
         cmocka_unit_test(test_random_grasps),
     };

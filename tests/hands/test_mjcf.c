@@ -252,6 +252,32 @@ static void unmodelled_parts(void **state)
     program_remove_folder(folder);
 }
 
+/* A contact without friction, or with more than sliding friction, is what a scene says of its links. */
+static void contact_dimensions(void **state)
+{
+    (void)state;
+    static const char *const values[] = {"1", "3", "4"};
+    for (int k = 0; k < 3; k++) {
+        char text[256], *folder = program_make_folder();
+        snprintf(text, sizeof text,
+                 "<mujoco><default><geom condim=\"%s\"/></default><worldbody><body name=\"a\"><geom size=\"1\"/>"
+                 "<geom size=\"1\" contype=\"0\" conaffinity=\"0\"/></body></worldbody></mujoco>",
+                 values[k]);
+        hand *h = hand_from_text(folder, "h.xml", text);
+        assert_int_equal(h->unmodelled_count, k != 1);
+        if (k != 1) assert_string_equal(h->unmodelled[0].what, "condim of a geom");
+        hand_free(h);
+        program_remove_folder(folder);
+    }
+    static const hand_fault faults[] = {
+        {"<mujoco>\n<worldbody><body><geom size=\"1\" condim=\"2\"/></body></worldbody></mujoco>", "condim",
+         "expected 1, 3, 4 or 6 in condim"},
+        {"<mujoco>\n<worldbody><body gravcomp=\"-1\"><geom size=\"1\"/></body></worldbody></mujoco>", "gravcomp",
+         "expected a gravcomp that is not negative"},
+    };
+    hand_faults_are_named("h.xml", faults, 2);
+}
+
 /* A scene of a collection: what only floats beside the hand is left out and listed; empty numbers are not given. */
 static void things_beside_the_hand(void **state)
 {
@@ -353,6 +379,7 @@ int main(void)
         cmocka_unit_test(euler_sequences),
         cmocka_unit_test(includes),
         cmocka_unit_test(unmodelled_parts),
+        cmocka_unit_test(contact_dimensions),
         cmocka_unit_test(things_beside_the_hand),
         cmocka_unit_test(couplings_form_trees),
         cmocka_unit_test(faults_have_lines),

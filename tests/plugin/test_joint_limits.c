@@ -186,6 +186,43 @@ static void test_a_stop_acts_across_rounding(void **state)
     }
 }
 
+/* A light link that a torque drives hard against its stop runs into it by a step's way, comes back to it against the
+ * torque, and stays there. */
+static void test_a_slam_into_a_stop(void **state)
+{
+    (void)state;
+    static const double TORQUES[] = {0.5, 3, 7}, LENGTH = 0.1, STOP = 0.3;
+    for (pinch_ode_stepper stepper = 0; stepper < 2; stepper++) {
+        for (int k = 0; k < 6; k++) {
+            rig r;
+            dMass mass;
+            double sign = k % 2 ? -1 : 1, beyond = 0;
+            rig_make(&r, stepper);
+            dJointSetHingeParam(r.hinge, dParamFMax, 0.5); /* dry friction */
+            dBodyID second = dBodyCreate(r.world);
+            dMassSetSphereTotal(&mass, 4 * MASS, RADIUS);
+            dBodySetMass(second, &mass);
+            dBodySetPosition(second, REACH + LENGTH, 0, RADIUS - DEPTH);
+            dJointID joint = dJointCreateHinge(r.world, NULL);
+            dJointAttach(joint, second, r.link);
+            dJointSetHingeAnchor(joint, REACH, 0, RADIUS - DEPTH);
+            dJointSetHingeAxis(joint, 0, 0, 1);
+            dJointSetHingeParam(joint, dParamLoStop, -STOP);
+            dJointSetHingeParam(joint, dParamHiStop, STOP);
+            for (int step = 0; step < 1500; step++) {
+                dJointAddHingeTorque(joint, sign * TORQUES[k / 2]);
+                rig_step(&r, r.plane, 0);
+                beyond = fmax(beyond, sign * dJointGetHingeAngle(joint) - STOP);
+                if (step > 500) assert_close(sign * dJointGetHingeAngle(joint), STOP, 1e-9);
+            }
+            assert_true(beyond > 1e-3); /* it has been beyond */
+            dBodyDestroy(second);
+            dJointDestroy(joint);
+            rig_free(&r);
+        }
+    }
+}
+
 /* Dry friction, a motor that wants speed 0, holds what is less than its bound, and slips with the rest beyond it. */
 static void test_dry_friction_slips_at_its_bound(void **state)
 {
@@ -218,6 +255,7 @@ int main(void)
         cmocka_unit_test(test_a_stop_bears_the_torque),
         cmocka_unit_test(test_a_link_leans_on_its_stop),
         cmocka_unit_test(test_a_stop_acts_across_rounding),
+        cmocka_unit_test(test_a_slam_into_a_stop),
         cmocka_unit_test(test_dry_friction_slips_at_its_bound),
     };
     int failed = cmocka_run_group_tests_name("limits of joints", tests, NULL, NULL);

@@ -77,6 +77,18 @@ static double moved_mass(const hand *model, const scene_control *c)
     return mass;
 }
 
+/* Finds the positions or velocities at which the drive's force is 0 at either end of its range of control. */
+static void bound_targets(const hand_drive *drive, scene_control *c)
+{
+    if (c->type != SCENE_POSITION_CONTROL && c->type != SCENE_VELOCITY_CONTROL) return;
+    double slope = -drive->bias[c->type == SCENE_POSITION_CONTROL ? 1 : 2] * drive->gear;
+    double a = (drive->gain * drive->least_control + drive->bias[0]) / slope;
+    double b = (drive->gain * drive->most_control + drive->bias[0]) / slope;
+    if (isnan(a) || isnan(b)) return; /* a drive without gain */
+    c->least_target = fmin(a, b);
+    c->most_target = fmax(a, b);
+}
+
 static void control_from_file(const hand *model, const hand_drive *drive, scene_control *c)
 {
     double square = drive->gear * drive->gear;
@@ -94,6 +106,7 @@ static void control_from_file(const hand *model, const hand_drive *drive, scene_
     }
     if (c->type != SCENE_POSITION_CONTROL) c->kp = 0;
     if (c->type == SCENE_TORQUE_CONTROL) c->kd = 0;
+    bound_targets(drive, c);
 }
 
 /* ---- The rules. ---- */
@@ -140,6 +153,8 @@ static bool read_rule(const scene_node *rule, const hand *model, scene_control *
     if (number + SCENE_POSITION_CONTROL != (int)c->type) {
         c->type = (scene_control_type)(number + SCENE_POSITION_CONTROL);
         c->kp = c->kd = 0;
+        c->least_target = -INFINITY;
+        c->most_target = INFINITY;
         c->max_force = file_max_force(model, c);
         free(c->target);
         c->target = NULL;
@@ -164,6 +179,8 @@ static bool check_gains(const scene_node *rules, const char *key, const scene_co
 static bool complete_target(const scene_node *node, const scene_hand *h, scene_control *c)
 {
     if (c->type == SCENE_UNDRIVEN || c->target_count > 0) return true;
+    c->least_target = -INFINITY;
+    c->most_target = INFINITY;
     c->target = calloc(1, sizeof *c->target);
     if (!c->target) return scene_refuse_memory(node->reader);
     c->target_count = 1;
@@ -193,7 +210,9 @@ bool scene_read_controls(const scene_node *node, scene_hand *h)
         *c = (scene_control){.joint = is_joint ? (int)i : -1,
                              .tendon = is_joint ? -1 : (int)(i - model->joint_count),
                              .name = name_of(model, i),
-                             .max_force = INFINITY};
+                             .max_force = INFINITY,
+                             .least_target = -INFINITY,
+                             .most_target = INFINITY};
         if (drive) control_from_file(model, drive, c);
         const char *last = NULL;
         for (const char *key = NULL; list.value && (key = scene_rule_after(&list, &rules, i, key)); last = key) {
@@ -210,8 +229,10 @@ double scene_target_at(const scene_control *c, double t)
     if (c->target_count == 0) return 0;
     size_t i = scene_latest(&c->target->time, sizeof *c->target, c->target_count, t);
     const scene_target *now = &c->target[i];
-    if (i + 1 == c->target_count || t <= now->time) return now->value;
-    return now->value + (t - now->time) / (now[1].time - now->time) * (now[1].value - now->value);
+    double value = now->value;
+    if (i + 1 < c->target_count && t > now->time)
+        value += (t - now->time) / (now[1].time - now->time) * (now[1].value - now->value);
+    return fmin(fmax(value, c->least_target), c->most_target);
 }
 
 /* ---- The contacts of the links. ---- */

@@ -160,6 +160,9 @@ static world_status add_joints(world *w, world_hand *h, hand_frames *f)
         place(j, &frame);
         make_joint(w, j, &frame);
         if (!is_last_of_body(model, i)) continue;
+        const hand_body *body = &model->bodies[of->body];
+        j->relieved = body->relieved.mass;
+        if (j->relieved > 0) scene_subtract(body->relieved.centre, body->mass.centre, j->relief);
         h->body[of->body] = j->body;
         h->centre[of->body] = j->centre;
     }

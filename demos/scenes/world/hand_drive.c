@@ -187,6 +187,25 @@ static void drive_tie(world *w, const world_hand *h, world_tie *t, double t1)
     }
 }
 
+void world_relief(const world_joint *j, const double gravity[3], double force[3], double point[3])
+{
+    for (int i = 0; i < 3; i++) force[i] = -j->relieved * gravity[i];
+    dVector3 at;
+    dBodyGetRelPointPos(j->body, j->relief[0], j->relief[1], j->relief[2], at);
+    scene_copy(at, point);
+}
+
+static void relieve(const world *w, world_joint *j)
+{
+    double at[3], arm[3], *f = j->relief_force, *t = j->relief_torque;
+    if (!(j->relieved > 0)) return;
+    world_relief(j, w->loads.v[SCENE_GRAVITY], f, at);
+    scene_subtract(at, dBodyGetPosition(j->body), arm);
+    scene_cross(arm, f, t);
+    dBodyAddForce(j->body, f[0], f[1], f[2]);
+    dBodyAddTorque(j->body, t[0], t[1], t[2]);
+}
+
 void world_drive_hands(world *w, double t1)
 {
     for (int k = 0; k < w->hand_count; k++) {
@@ -195,6 +214,7 @@ void world_drive_hands(world *w, double t1)
             if (w->steps == 0) h->joints[i].position = h->hand->start[i];
             drive_joint(w, &h->joints[i], t1);
             set_passive(w, &h->joints[i]);
+            relieve(w, &h->joints[i]);
         }
         for (int i = 0; i < h->tie_count; i++) drive_tie(w, h, &h->ties[i], t1);
     }

@@ -90,6 +90,7 @@ static void add_body(world *w, const world_joint *j, double h)
     dBodyGetMass(j->body, &mass);
     ledger_add(l, &l->gravity, -h * mass.mass * scene_dot(w->loads.v[SCENE_GRAVITY], v));
     ledger_add(l, &l->work_external, -h * mass.mass * scene_dot(w->loads.v[SCENE_BASE_ACCELERATION], v));
+    if (j->relieved > 0) ledger_add(l, &l->gravity, -h * power(j->relief_force, j->relief_torque, j->body));
     l->integrator += energy_body_integrator(&j->energy, h);
     l->kinetic += body_kinetic_energy(j->body) - j->energy.kinetic_start;
 }

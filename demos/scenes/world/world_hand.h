@@ -16,11 +16,14 @@ typedef struct world_joint {
     const scene_control *control; /* its own */
     dJointID joint;               /* a hinge or a slider; body 1 is the outer one */
     dBodyID body, parent;
-    double centre[3]; /* of mass, in the frame of the link as this joint has moved it */
-    double zero;      /* the hand's position where ODE's is 0 */
-    int damper;       /* coupling that is its spring, damper and armature; -1: none */
-    dJointID motor;   /* the same by ODE; NULL: none */
-    bool moved;       /* has it been away from its limits? */
+    double centre[3];                         /* of mass, in the frame of the link as this joint has moved it */
+    double relieved;                          /* kg of its body whose weight is taken off, */
+    double relief[3];                         /* and their centre from that of the body, in the body's axes; */
+    double relief_force[3], relief_torque[3]; /* what takes it off in this step, N and N m about the body's centre */
+    double zero;                              /* the hand's position where ODE's is 0 */
+    int damper;                               /* coupling that is its spring, damper and armature; -1: none */
+    dJointID motor;                           /* the same by ODE; NULL: none */
+    bool moved;                               /* has it been away from its limits? */
     dJointFeedback feedback;
     energy_body energy;
     double row[2][6]; /* rate of the joint = row[0] . twist of body + row[1] . twist of parent; in this step */
@@ -84,6 +87,8 @@ world_status world_add_hand_rows(world *w, world_hand *hand);
 void world_move_hand_bases(world *w, double t0, double t1);
 void world_drive_hands(world *w, double t1);
 void world_put_hand_bases(world *w, double t1);
+/* The force (N) that takes weight off a joint's body in this gravity, and the point (world, m) that it acts at. */
+void world_relief(const world_joint *joint, const double gravity[3], double force[3], double point[3]);
 /* Reads what the joints do at the end of a step. */
 void world_read_joints(world *w);
 
