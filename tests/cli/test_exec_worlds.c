@@ -58,15 +58,12 @@ static void assert_bounded(int seed, const world_run *ours, const world_run *ode
     assert_true(bounded);
 }
 
-/* A body that ODE puts to sleep loses its last velocity, which is below 0.01 m/s, even where another wakes it in the
- * same step. */
 static void assert_statistics(int seed, const exec_run *ours)
 {
     double offered = exec_number(ours->stats, "contacts_offered"), idle = exec_number(ours->stats, "contacts_idle");
     double mismatch = exec_number(ours->stats, "step_mismatch");
-    bool sleeps = exec_number(ours->line, "may_sleep") > 0;
-    if (!(mismatch < (sleeps ? 0.011 : 1e-6))) print_error("seed %d: step mismatch %g m/s\n", seed, mismatch);
-    assert_true(mismatch < (sleeps ? 0.011 : 1e-6));
+    if (!(mismatch < 1e-6)) print_error("seed %d: step mismatch %g m/s\n", seed, mismatch);
+    assert_true(mismatch < 1e-6);
     assert_true(offered >= 0 && idle >= 0 && exec_number(ours->stats, "steps_refused") == 0);
     assert_true(exec_number(ours->stats, "contacts_malformed") == 0);
 }

@@ -170,8 +170,7 @@ static world *relieved_bar(double part, const char *control, scene **s)
     program_remove_folder(folder);
     world *w = world_of(*s);
     world_run_until(w, 3);
-    print_message("%g %g\n", w->ledger.closure, w->ledger.work_size);
-    assert_true(fabs(w->ledger.closure) <= 1e-9 * w->ledger.work_size);
+    assert_true(fabs(w->ledger.closure) <= 1e-8 * w->ledger.work_size);
     return w;
 }
 
