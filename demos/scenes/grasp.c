@@ -1,8 +1,10 @@
 #include "grasp.h"
 
 #include "common/vector.h"
+#include "scenes/shape/shape.h"
 
 #include <math.h>
+#include <stdio.h>
 
 static pinch_contact_model model_of(scene_model model)
 {
@@ -128,6 +130,43 @@ static bool is_pad(const scene_finger *f)
     return f->tip.type != SCENE_SPHERE && f->tip.type != SCENE_ELLIPSOID && f->tip.type != SCENE_SUPERELLIPSOID;
 }
 
+/* Returns the angle (rad) between a finger's normal and that of the surface beneath a place just off its point. At an
+ * edge or corner that is the finger's own, where it may be. */
+static double angle_off_surface(const scene_object *object, const scene_finger *f)
+{
+    double offset[3], place[3], normal[3], slope[3], across[3];
+    double off = 1e-3 * object->shape.bounding_radius, step = 1e-3 * off;
+    scene_subtract(f->point, object->position, offset);
+    scene_rotate_back(object->orientation, offset, place);
+    scene_rotate_back(object->orientation, f->normal, normal);
+    for (int i = 0; i < 3; i++) place[i] -= off * normal[i];
+    for (int i = 0; i < 3; i++) {
+        double ahead[3], behind[3];
+        scene_copy(place, ahead);
+        scene_copy(place, behind);
+        ahead[i] += step;
+        behind[i] -= step;
+        slope[i] = scene_shape_distance(&object->shape, behind) - scene_shape_distance(&object->shape, ahead);
+    }
+    scene_cross(normal, slope, across);
+    return atan2(scene_norm(across), scene_dot(normal, slope));
+}
+
+void scene_report_normals(const scene *s, const char *whose, void (*report)(void *context, const char *text),
+                          void *context)
+{
+    static const double SEEN = 0.02; /* rad; normals of a few digits are no mistake */
+    for (size_t i = 0; i < s->finger_count; i++) {
+        const scene_finger *f = &s->fingers[i];
+        double angle = angle_off_surface(&s->objects[0], f);
+        char text[256];
+        if (!(angle > SEEN)) continue;
+        snprintf(text, sizeof text, "%s: %s, as its normal is %.3g degrees off the surface's", f->name, whose,
+                 angle * 180 / M_PI);
+        report(context, text);
+    }
+}
+
 void scene_statics_leave_out(const scene *s, void (*report)(void *context, const char *text), void *context)
 {
     bool hertz = false, pads = false;
@@ -140,4 +179,5 @@ void scene_statics_leave_out(const scene *s, void (*report)(void *context, const
         report(context, "the size of pads: a finger touches in one point, and resists turning only if it is soft");
     if (s->object_count > 1) report(context, "other objects, and what they exert on the first");
     if (s->environment_count > 0) report(context, "the environment");
+    scene_report_normals(s, "the object's surface", report, context);
 }

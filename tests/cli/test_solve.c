@@ -9,6 +9,7 @@
 #include "support/command.h"
 #include "support/sanitized.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -105,6 +106,49 @@ static void what_is_left_out_is_said(void **state)
     program_free(&r);
     free(scene);
     program_remove_folder(folder);
+}
+
+/* A box between two fingers: on its faces with the left normal tilted by so much, or at an edge. */
+static json_t *not_expressed(const char *command, double x, double z, double tilt)
+{
+    char text[1024], *folder = program_make_folder();
+    snprintf(
+        text, sizeof text,
+        "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"box\", \"size\": [0.06, 0.04, 0.1]},"
+        " \"mass\": 0.1}, \"simulation\": {\"duration\": 0.01}, \"fingers\": [{\"name\": \"left\", \"point\": [%g, 0,"
+        " %g], \"normal\": [%.17g, 0, %.17g], \"model\": \"hard\", \"stiffness\": {\"normal\": 1e4}, \"friction\": 0.5,"
+        " \"closing\": 1e-3}, {\"point\": [0.03, 0, %g], \"normal\": [-1, 0, 0], \"model\": \"hard\", \"stiffness\":"
+        " {\"normal\": 1e4}, \"friction\": 0.5, \"closing\": 1e-3}]}",
+        x, z, cos(tilt), sin(tilt), z);
+    char *scene = program_write_file(folder, "tilted.json", text);
+    program_result r = PINCH(NULL, command, scene, "--json");
+    json_t *d = cli_document(&r), *said = json_incref(json_object_get(d, "not_expressed"));
+    json_decref(d);
+    program_free(&r);
+    free(scene);
+    program_remove_folder(folder);
+    return said;
+}
+
+/* The statics go by a finger's normal, a run by the surface: where they differ it is said, with the angle. At an edge
+ * the normal may be any between those of the faces. */
+static void normals_off_the_surface_are_said(void **state)
+{
+    (void)state;
+    static const char *const commands[] = {"solve", "run"};
+    static const char *const texts[] = {"left: the object's surface, as its normal is 10 degrees off the surface's",
+                                        "left: its contact's direction, as its normal is 10 degrees off the surface's"};
+    for (int k = 0; k < 2; k++) {
+        json_t *flat = not_expressed(commands[k], -0.03, 0.01, 0),
+               *edge = not_expressed(commands[k], -0.03, -0.05, 0.6);
+        json_t *tilted = not_expressed(commands[k], -0.03, 0.01, 0.17453292519943295);
+        assert_int_equal(json_array_size(flat) + json_array_size(edge), 0);
+        assert_int_equal(json_array_size(tilted), 1);
+        assert_string_equal(json_string_value(json_array_get(tilted, 0)), texts[k]);
+        json_decref(flat);
+        json_decref(edge);
+        json_decref(tilted);
+    }
 }
 
 /* The forces that the statics find for the end of the schedule are those that the run ends with. */
@@ -471,6 +515,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_key_is_there),
         cmocka_unit_test(what_is_left_out_is_said),
+        cmocka_unit_test(normals_off_the_surface_are_said),
         cmocka_unit_test(the_end_of_a_schedule_is_solved),
         cmocka_unit_test(every_legal_pair_solves_example_3),
         cmocka_unit_test(impossible_requests_are_usage_errors),

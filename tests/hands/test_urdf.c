@@ -273,6 +273,25 @@ static void packages(void **state)
     program_remove_folder(folder);
 }
 
+/* Of what stands twice in an element the first counts, and that is listed. */
+static void repeated_elements(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    hand *h = hand_from_text(folder, "h.urdf",
+                             "<robot><link name=\"a\"/><link name=\"b\"><inertial><mass value=\"1\"/><inertia ixx=\"1\""
+                             " ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial><inertial/></link>"
+                             "<joint name=\"j\" type=\"continuous\"><parent link=\"a\"/><child link=\"b\"/>"
+                             "<origin xyz=\"1 2 3\"/><origin xyz=\"4 5 6\"/></joint></robot>");
+    assert_int_equal(h->ignored_count, 2);
+    assert_string_equal(h->ignored[0].what, "second inertial");
+    assert_string_equal(h->ignored[1].what, "second origin");
+    assert_close(h->links[1].pose.position[0], 1, 0);
+    assert_close(h->links[1].mass.mass, 1, 0);
+    hand_free(h);
+    program_remove_folder(folder);
+}
+
 /* A mesh of a picture may be missing; one that touches is said to be missing; a broken one is refused. */
 static void missing_and_broken_meshes(void **state)
 {
@@ -358,6 +377,7 @@ int main(void)
         cmocka_unit_test(faults_have_lines),
         cmocka_unit_test(packages),
         cmocka_unit_test(missing_and_broken_meshes),
+        cmocka_unit_test(repeated_elements),
         cmocka_unit_test(other_formats),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
