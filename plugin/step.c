@@ -348,6 +348,7 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
     }
     pinch_status status = solve_islands(p);
     if (status != PINCH_OK) return abandon(p, status);
+    pinch_put_to_sleep(&p->graph);
     conclude_pairs(p);
     if (p->contacts.results.count > p->stats.points_high_water) p->stats.points_high_water = p->contacts.results.count;
     p->solved = true;
@@ -357,7 +358,9 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
 
 /* ---- after ODE's step ---- */
 
-/* Answers are as exact as their forces are, and the lighter a link, the more of that is seen in its motion. */
+/* ODE's steps miss what was solved by what the forces are not exact to, the lighter a body the more; stops are met that
+ * much early (joints/row_builder.c). What one island misses counts for all joints, and is forgotten in some tens of
+ * steps, as it comes and goes with the load. */
 static void fade_noise(pinch_ode *p)
 {
     static const double LEFT = 0.95;

@@ -152,7 +152,7 @@ static double angle_off_surface(const scene_object *object, const scene_finger *
     return atan2(scene_norm(across), scene_dot(normal, slope));
 }
 
-void scene_report_normals(const scene *s, const char *whose, void (*report)(void *context, const char *text),
+void scene_report_normals(const scene *s, const char *what, void (*report)(void *context, const char *text),
                           void *context)
 {
     static const double SEEN = 0.02; /* rad; normals of a few digits are no mistake */
@@ -161,7 +161,7 @@ void scene_report_normals(const scene *s, const char *whose, void (*report)(void
         double angle = angle_off_surface(&s->objects[0], f);
         char text[256];
         if (!(angle > SEEN)) continue;
-        snprintf(text, sizeof text, "%s: %s, as its normal is %.3g degrees off the surface's", f->name, whose,
+        snprintf(text, sizeof text, "%s: %s, as its normal is %.3g degrees off the surface's", f->name, what,
                  angle * 180 / M_PI);
         report(context, text);
     }

@@ -89,7 +89,7 @@ static void read_loads(static_system *s)
             dMass mass;
             dBodyGetMass(body, &mass);
             static_add_motion(s, body, dBodyGetPosition(body), gravity, false, mass.mass, s->weight);
-            world_relief(j, gravity, relief, at);
+            world_relief(j, w->loads.v[SCENE_GRAVITY], relief, at);
             if (j->relieved > 0) static_add_motion(s, body, at, relief, false, 1, s->weight);
         }
     for (int i = 0; i < s->coordinates; i++) s->load[i] += s->weight[i];

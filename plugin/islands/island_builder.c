@@ -249,11 +249,11 @@ bool pinch_update_islands(pinch_island_graph *graph, pinch_contact_store *contac
         !pinch_collect_joints(joints, &graph->bodies, contacts, context->number, &stats->joints_unmodelled) ||
         !number_islands(graph) || !create_memories(graph))
         return false;
-    pinch_find_sleepers(graph, contacts, context);
+    pinch_find_sleepers(graph, contacts, joints, context);
     lay_out_bodies(graph);
     if (!lay_out_contacts(graph, contacts) || !lay_out_joints(graph, joints)) return false;
     lay_out_couplings(graph, joints);
-    pinch_put_to_sleep(graph);
+    pinch_choose_sleepers(graph);
     pinch_carry_resting(graph, contacts);
     return pinch_lay_out_motion(graph, contacts, joints);
 }

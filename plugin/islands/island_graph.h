@@ -33,6 +33,7 @@ typedef struct pinch_island {
     bool shared;             /* it is so large that all threads share its loops */
     bool may_sleep;          /* a body is disabled or may disable itself: ODE has to know what touches */
     bool kept_awake;         /* something in it moves or may move that does not go to sleep */
+    bool falls_asleep;       /* in this step, if that comes to an end */
     bool sweeps_alone;       /* in this step it is swept without a try */
     bool tried;              /* a solver has worked on it in this step: `result` says how its last one ended */
     bool first_solve_failed; /* the solver asked for did not solve it, whatever solved it later */
@@ -105,6 +106,7 @@ typedef struct pinch_idle_body {
     double linear[3];      /* m/s, rad/s: sums of velocities since the last mean of them was taken */
     double angular[3];     /* likewise */
     int samples;           /* that have been summed up */
+    double push[6];        /* N, N m: what acted on it in the last step */
     bool has_mean;         /* since it was fast, a mean has been taken */
     int patience;          /* >= 1; it waits that many times as long as asked for */
     bool was_put_to_sleep; /* in the last step */
@@ -116,6 +118,8 @@ typedef struct pinch_sleep_thresholds {
     dBodyID body;
     double linear, angular;
 } pinch_sleep_thresholds;
+
+enum { PINCH_MOST_PATIENCE = 1 << 20, PINCH_MOST_IDLE_STEPS = 1 << 30 };
 
 /* See sleep.c. */
 typedef struct pinch_sleep {
@@ -226,8 +230,10 @@ size_t pinch_sleep_bytes(const pinch_sleep *sleep);
 /* sleep.c, once the islands are numbered: finds out which of them are awake, which bodies may sleep, and how long these
  * have been slow. */
 void pinch_find_sleepers(pinch_island_graph *graph, const pinch_contact_store *contacts,
-                         const pinch_step_context *context);
-/* sleep.c, once all is laid out: puts islands to sleep all of whose bodies have been slow for long enough. */
+                         const pinch_joint_store *joints, const pinch_step_context *context);
+/* sleep.c, once all is laid out: islands all of whose bodies have been slow for long enough are asleep in this step;
+ * and once all others are solved: disables their bodies. */
+void pinch_choose_sleepers(pinch_island_graph *graph);
 void pinch_put_to_sleep(pinch_island_graph *graph);
 /* sleep.c, around ODE's step: keeps ODE from stopping single bodies of islands that are awake. */
 void pinch_hold_sleep_of_ode(pinch_island_graph *graph);

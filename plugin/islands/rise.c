@@ -12,8 +12,8 @@
  *     h v + h (v - g h) + h (v - 2 g h) + ... = v^2 / 2g + h v / 2
  *
  * which is to be no more than the depth D of all overlaps below it. Contacts along the way to it ask for a part of
- * their velocities where these add up to more, the smallest part that any body on top of them has to have. The overlap
- * of a single pair is as ODE has it: no body is held back to less than one contact on its way asks for.
+ * their velocities where these add up to more, the smallest part that any body on top of them has to have. What lies on
+ * top is not held back to less than one contact on its way asks for, so that a single pair parts as in ODE.
  *
  * What lies below another body is its neighbour that is nearer to the ground: bodies are gone through by height, and
  * of those below it the one counts that comes up fastest.
@@ -48,8 +48,9 @@ static double find_up(const pinch_step_context *context, const pinch_problem *pr
     return g;
 }
 
-/* May the pushes of any contacts on each other add up to more than gravity stops? Each overlap is at least as deep as
- * the fastest of the pushes over their depths allows. */
+/* May the pushes of any contacts on each other add up to more than gravity stops? Where no push is faster than s times
+ * its depth, those that add up to v come from a depth D >= v/s, and v^2 + g h v <= 2 g D holds if s (v + g h) <= 2 g.
+ */
 static bool may_throw(const pinch_problem *problem, const pinch_rise *rise, double g)
 {
     double sum = 0, steepest = 0;

@@ -9,21 +9,26 @@
  *
  * So Pinch decides, by the same thresholds, and on whole islands: they go to sleep once all of their bodies are due,
  * and until then no body is stopped. While ODE steps, the thresholds of bodies in islands that are awake are zero: ODE
- * stops what stands exactly still.
+ * may still disable what stands exactly still, which changes nothing for it. As in ODE, what moves or may move without
+ * going to sleep keeps awake what touches it or is tied to it.
  *
  * Means over several samples (dBodySetAutoDisableAverageSamplesCount) are taken over as many steps, one run of them
  * after the other, where ODE takes them over the last steps anew in each step.
  *
- * A program keeps bodies awake by enabling them in each step. ODE has the count begin anew then, which cannot be seen.
- * What can be seen is that a body has been enabled in the step after the one that put it to sleep. It then waits twice
- * as long as before, until it has moved, or has slept on. What such a program pushes it with in the step that it sleeps
- * through is dropped: with that of the next step it would be pushed twice as hard.
+ * A program that enables a body has ODE begin its count anew, which cannot be seen. What can be seen is what it does
+ * with the body then. Where it pushes it otherwise than in the step before, the count begins anew here, too. Where it
+ * enables it in each step to keep it awake, the body is found enabled in the step after the one that put it to sleep:
+ * it waits twice as long from then on, until it has moved, or has slept on. The push of the step that it has slept
+ * through is dropped; with that of the next step it would be twice as hard.
  */
 #include "islands/island_graph.h"
+
+#include "joints/joint_store.h"
 
 #include "support/vec3.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 void pinch_sleep_free(pinch_sleep *s)
 {
@@ -70,7 +75,6 @@ static pinch_idle_body *find_or_add(pinch_sleep *s, dBodyID body, long now, int 
         *known = (pinch_idle_body){.body = body, .patience = 1, .seen = now - 1};
     }
     if (known->seen < now - 1) *known = (pinch_idle_body){.body = body, .patience = 1};
-    known->seen = now;
     return known;
 }
 
@@ -89,7 +93,19 @@ static void begin_anew(pinch_idle_body *b)
     begin_samples(b);
 }
 
-/* A mean is too fast as soon as its samples are, whatever the rest of them may be. */
+/* Tells whether something pushes the body otherwise than in the step before. */
+static bool is_pushed_anew(pinch_idle_body *b)
+{
+    double now[6];
+    pinch_v3_copy(now, dBodyGetForce(b->body));
+    pinch_v3_copy(now + 3, dBodyGetTorque(b->body));
+    bool anew = memcmp(now, b->push, sizeof now) != 0;
+    memcpy(b->push, now, sizeof now);
+    return anew;
+}
+
+/* A mean counts as too fast as soon as the sum of the samples that there are is: what hits a body is seen at once,
+ * though later samples may cancel it. */
 static bool too_fast(const double *sum, int samples, double threshold)
 {
     double limit = samples * threshold;
@@ -102,6 +118,7 @@ static void watch(pinch_idle_body *b, double h)
     int samples = dBodyGetAutoDisableAverageSamplesCount(b->body);
     pinch_v3_add_scaled(b->linear, 1, dBodyGetLinearVel(b->body));
     pinch_v3_add_scaled(b->angular, 1, dBodyGetAngularVel(b->body));
+    if (is_pushed_anew(b)) begin_anew(b);
     if (samples == 0 || too_fast(b->linear, samples, dBodyGetAutoDisableLinearThreshold(b->body)) ||
         too_fast(b->angular, samples, dBodyGetAutoDisableAngularThreshold(b->body))) {
         begin_anew(b);
@@ -113,7 +130,7 @@ static void watch(pinch_idle_body *b, double h)
         begin_samples(b);
     }
     if (!b->has_mean) return;
-    b->steps++;
+    b->steps += b->steps < PINCH_MOST_IDLE_STEPS;
     b->time += h;
 }
 
@@ -123,15 +140,14 @@ static bool is_due(const pinch_idle_body *b)
            b->time >= b->patience * dBodyGetAutoDisableTime(b->body);
 }
 
-enum { MOST_PATIENCE = 1 << 20 };
-
 /* Looks at a body at the beginning of a step. */
 static void look_at(pinch_sleep *s, dBodyID body, const pinch_step_context *context, int *next)
 {
     pinch_idle_body *b = find_or_add(s, body, context->number, next);
-    if (!b) return;
+    if (!b || b->seen == context->number) return; /* a step that is tried once more */
+    b->seen = context->number;
     bool enabled = dBodyIsEnabled(body);
-    if (enabled && b->was_put_to_sleep && b->patience < MOST_PATIENCE) b->patience *= 2;
+    if (enabled && b->was_put_to_sleep && b->patience < PINCH_MOST_PATIENCE) b->patience *= 2;
     if (!enabled) b->patience = 1;
     b->was_put_to_sleep = false;
     if (enabled)
@@ -140,21 +156,39 @@ static void look_at(pinch_sleep *s, dBodyID body, const pinch_step_context *cont
         begin_anew(b);
 }
 
+static void keep_awake(pinch_island_graph *graph, int body)
+{
+    pinch_island *island = &graph->items[graph->bodies.items[body].parent];
+    island->phase = PINCH_ISLAND_AWAKE;
+    island->kept_awake = true;
+}
+
+/* An enabled body that is not of the island wakes what joints tie to it: a kinematic one, or another one by a joint
+ * that Pinch does not know. */
+static void wake_tied(pinch_island_graph *graph, const pinch_joint_store *joints, int body)
+{
+    const pinch_step_body *b = &graph->bodies.items[body];
+    for (int k = 0; k < b->joint_count; k++) {
+        dJointID joint = joints->attached.items[b->first_joint + k].joint;
+        dBodyID first = dJointGetBody(joint, 0), other = first == b->body ? dJointGetBody(joint, 1) : first;
+        if (!other || !dBodyIsEnabled(other)) continue;
+        int known = pinch_step_body_of(&graph->bodies, other);
+        if (known < 0 || graph->bodies.items[known].parent != b->parent) keep_awake(graph, body);
+    }
+}
+
 /* As in ODE, an enabled kinematic body wakes what it touches. */
 static void wake_touched(pinch_island_graph *graph, const pinch_pair *pair)
 {
     for (int side = 0; side < 2 && pair->manifold.count > 0; side++) {
         dBodyID body = pair->body[side];
         int touched = pair->step_body[!side];
-        if (!body || touched < 0 || !dBodyIsKinematic(body) || !dBodyIsEnabled(body)) continue;
-        pinch_island *island = &graph->items[graph->bodies.items[touched].parent];
-        island->phase = PINCH_ISLAND_AWAKE;
-        island->kept_awake = true;
+        if (body && touched >= 0 && dBodyIsKinematic(body) && dBodyIsEnabled(body)) keep_awake(graph, touched);
     }
 }
 
 void pinch_find_sleepers(pinch_island_graph *graph, const pinch_contact_store *contacts,
-                         const pinch_step_context *context)
+                         const pinch_joint_store *joints, const pinch_step_context *context)
 {
     int next = 0;
     graph->sleepers = false;
@@ -171,6 +205,7 @@ void pinch_find_sleepers(pinch_island_graph *graph, const pinch_contact_store *c
         graph->sleepers = graph->sleepers || may_sleep;
     }
     for (int i = 0; i < contacts->pairs.count; i++) wake_touched(graph, &contacts->pairs.items[i]);
+    for (int i = 0; i < graph->bodies.count && graph->sleepers; i++) wake_tied(graph, joints, i);
 }
 
 /* A body that was disabled before the step has nothing to wait for. As in ODE, nothing stops in mid-air. */
@@ -187,14 +222,21 @@ static bool may_go_to_sleep(const pinch_island_graph *graph, const pinch_island 
     return all;
 }
 
+void pinch_choose_sleepers(pinch_island_graph *graph)
+{
+    for (int i = 0; i < graph->count && graph->sleepers && !graph->sleep.by_ode; i++) {
+        pinch_island *island = &graph->items[i];
+        island->falls_asleep = may_go_to_sleep(graph, island);
+        if (island->falls_asleep) island->phase = PINCH_ISLAND_ASLEEP;
+    }
+}
+
 void pinch_put_to_sleep(pinch_island_graph *graph)
 {
     int next = 0;
-    for (int i = 0; i < graph->count && graph->sleepers && !graph->sleep.by_ode; i++) {
-        pinch_island *island = &graph->items[i];
-        if (!may_go_to_sleep(graph, island)) continue;
-        island->phase = PINCH_ISLAND_ASLEEP;
-        for (int k = 0; k < island->bodies.count; k++) {
+    for (int i = 0; i < graph->count && graph->sleepers; i++) {
+        const pinch_island *island = &graph->items[i];
+        for (int k = 0; k < island->bodies.count && island->falls_asleep; k++) {
             dBodyID body = pinch_island_body(&graph->bodies, island->bodies, k)->body;
             pinch_idle_body *b = find(&graph->sleep, body, &next);
             if (!dBodyIsEnabled(body)) continue;

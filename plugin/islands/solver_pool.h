@@ -17,7 +17,7 @@ typedef struct pinch_problem_buffers {
     PINCH_LIST(pinch_joint_row) rows; /* as many as pinch_island_joints.room for an island */
 } pinch_problem_buffers;
 
-/* See rise.c. A body as it comes up out of overlaps, */
+/* A body as it comes up out of overlaps; see rise.c. */
 typedef struct pinch_rising_body {
     double speed, way; /* m/s that contacts ask for, m that it goes, where those below it come up as well */
     double fastest;    /* m/s, that one contact asks for */
@@ -26,11 +26,11 @@ typedef struct pinch_rising_body {
     int first;         /* its first contact with what is below it; -1: none */
 } pinch_rising_body;
 
-/* and a contact that pushes. */
+/* A contact that pushes bodies up. */
 typedef struct pinch_rising_contact {
     double push;  /* m/s that its overlap asks for */
-    double lifts; /* the part of it that is upward */
-    double pace;  /* the part of it that is not too fast */
+    double lifts; /* the upward part of a push by 1 */
+    double pace;  /* the part of the push that is not too fast */
     int below;    /* the lower body, -1 for the ground */
     int next;     /* the next one of the upper body */
 } pinch_rising_contact;

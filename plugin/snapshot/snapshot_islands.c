@@ -1,6 +1,7 @@
 #include "snapshot/archive.h"
 #include "snapshot/snapshot.h"
 
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,7 +11,7 @@ enum {
     MEMORY_BYTES = 12,
     BACKED_OFF_BYTES = 26,
     ACCOUNT_BYTES = 53,
-    IDLE_BYTES = 82,
+    IDLE_BYTES = 130,
     MOST_UNKNOWNS = 1 << 15
 };
 
@@ -135,11 +136,16 @@ static void archive_sleep(pinch_archive *a, pinch_sleep *sleep)
         PINCH_ARCHIVE(a, idle->time);
         PINCH_ARCHIVE(a, idle->linear);
         PINCH_ARCHIVE(a, idle->angular);
+        PINCH_ARCHIVE(a, idle->push);
         PINCH_ARCHIVE(a, idle->samples);
         pinch_archive_flag(a, &idle->has_mean);
         PINCH_ARCHIVE(a, idle->patience);
         pinch_archive_flag(a, &idle->was_put_to_sleep);
         PINCH_ARCHIVE(a, idle->seen);
+        bool counts = idle->steps >= 0 && idle->steps <= PINCH_MOST_IDLE_STEPS && idle->samples >= 0 &&
+                      idle->samples <= PINCH_MOST_IDLE_STEPS && idle->seen >= 0 && idle->seen <= LONG_MAX / 2;
+        if (!counts || idle->patience < 1 || idle->patience > PINCH_MOST_PATIENCE)
+            pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
     }
     pinch_archive_index(a, &sleep->index, PINCH_ITEM_KEYS(*sleep, pinch_idle_body, body), sleep->count);
 }

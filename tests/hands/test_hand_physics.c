@@ -145,7 +145,8 @@ static void test_energy_of_a_finger_that_touches_nothing(void **state)
     scene_free(s);
 }
 
-/* A bar of 50 g whose weight is taken off by a part, with a ball of 30 g fixed to its end, on a position drive. */
+/* A bar of 50 g whose weight is taken off by a part, with a ball of 30 g fixed to its end, on a position drive. All is
+ * accelerated upwards. */
 static world *relieved_bar(double part, const char *control, scene **s)
 {
     char text[1536], *folder = program_make_folder();
@@ -164,7 +165,8 @@ static world *relieved_bar(double part, const char *control, scene **s)
              " \"mass\": 0.1, \"position\": [0, 1, 0]}, \"hand\": {\"file\": \"%s/bar.xml\", \"joints\":"
              " {\"hinge\": -0.4}, \"control\": {%s}}, \"environment\": [{\"name\": \"table\", \"shape\":"
              " {\"type\": \"box\", \"size\": [0.5, 0.5, 0.2]}, \"position\": [0, 1, -0.11], \"stiffness\":"
-             " {\"normal\": 1e5}, \"damping\": {\"normal\": 50}, \"friction\": 0.5}]}",
+             " {\"normal\": 1e5}, \"damping\": {\"normal\": 50}, \"friction\": 0.5}], \"schedule\": [{\"time\": 0,"
+             " \"base_acceleration\": [0, 0, 3]}]}",
              folder, control);
     *s = scene_from_text(text);
     program_remove_folder(folder);
@@ -183,7 +185,8 @@ static void test_weight_that_is_taken_off(void **state)
         scene *s;
         world *w = relieved_bar(PARTS[k], "\"drive\": {\"target\": 0.2}", &s);
         const world_joint *j = &w->hands[0].joints[0];
-        double weight = 9.81 * cos(j->position) * ((1 - PARTS[k]) * 0.05 * 0.05 + 0.03 * 0.12);
+        double load = 12.81 * (0.05 * 0.05 + 0.03 * 0.12) - 9.81 * PARTS[k] * 0.05 * 0.05;
+        double weight = cos(j->position) * load;
         assert_close(j->velocity, 0, 1e-9);
         assert_close(j->torque, weight, 1e-9);
         assert_close(j->position, 0.2 - weight / (2 * 2 * 2), 1e-9);
@@ -216,7 +219,7 @@ static void test_targets_beyond_the_range_of_control(void **state)
         scene *s;
         world *w = relieved_bar(1, cases[k].control, &s);
         const world_joint *j = &w->hands[0].joints[0];
-        double weight = 9.81 * cos(j->position) * 0.03 * 0.12;
+        double weight = cos(j->position) * (12.81 * (0.05 * 0.05 + 0.03 * 0.12) - 9.81 * 0.05 * 0.05);
         assert_close(j->position, cases[k].position - weight / 8, 1e-9);
         world_free(w);
         scene_free(s);

@@ -139,6 +139,49 @@ static void test_nothing_is_stopped_alone(void **state)
     destroy(&c);
 }
 
+/* A push in any step moves the boxes, also in the one in which they would have gone to sleep. */
+static void test_a_push_is_not_lost(void **state)
+{
+    (void)state;
+    for (int before = 5; before < 25; before++) {
+        couple c;
+        make(&c);
+        for (int i = 0; i < before; i++) step(&c, false);
+        dBodyEnable(c.body[0]);
+        dBodyAddForce(c.body[0], 0, 300, 0);
+        step(&c, false);
+        assert_true(dBodyGetLinearVel(c.body[0])[1] > 0.3);
+        destroy(&c);
+    }
+}
+
+/* Boxes that a joint ties to a kinematic body stay awake as long as that does, and on the ground. */
+static void test_tied_to_a_kinematic_body(void **state)
+{
+    (void)state;
+    for (int known = 0; known < 2; known++) {
+        couple c;
+        make(&c);
+        dBodyID stand = dBodyCreate(c.world);
+        dBodySetKinematic(stand);
+        dBodySetAutoDisableFlag(stand, 0);
+        dBodySetPosition(stand, 0, 2 * SIDE, 0.5 * SIDE);
+        dJointID tie = known ? dJointCreateHinge(c.world, NULL) : dJointCreateNull(c.world, NULL);
+        dJointAttach(tie, c.body[0], stand);
+        if (known) dJointSetHingeAxis(tie, 0, 0, 1);
+        for (int i = 0; i < 200; i++) {
+            step(&c, false);
+            assert_true(dBodyIsEnabled(c.body[0]) && dBodyIsEnabled(c.body[1]));
+            assert_true(i < 50 || fabs(dBodyGetLinearVel(c.body[0])[2]) < 1e-6);
+        }
+        dBodyDisable(stand);
+        assert_in_range(falls_asleep_in(&c), 0, 30);
+        for (int i = 0; i < 50; i++) step(&c, false);
+        assert_close(dBodyGetPosition(c.body[0])[2], 0.5 * SIDE, 1e-4);
+        destroy(&c);
+    }
+}
+
 /* A program that enables a body in each step keeps it awake but for a few steps, and its pushes are not saved up for
  * the step after those. Left alone, the body goes to sleep as soon as others once it has moved. */
 static void test_kept_awake(void **state)
@@ -165,8 +208,11 @@ static void test_kept_awake(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_together), cmocka_unit_test(test_when),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_together),
+                                       cmocka_unit_test(test_when),
                                        cmocka_unit_test(test_nothing_is_stopped_alone),
+                                       cmocka_unit_test(test_a_push_is_not_lost),
+                                       cmocka_unit_test(test_tied_to_a_kinematic_body),
                                        cmocka_unit_test(test_kept_awake)};
     dInitODE2(0);
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

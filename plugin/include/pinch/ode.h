@@ -582,8 +582,8 @@ PINCH_API void pinch_ode_reset_statistics(pinch_ode *plugin);
  * It is restored into the same world, or into another one that was built in the same way, also in another process. A
  * world that was restored, and the one that went on after it was saved, do the same from there, to the bit. What the
  * program sets itself has to be set again as it was: gravity, ERP, CFM, masses, parameters of joints, targets of paths.
- * What ODE keeps and does not show begins anew: how long a body has been slow that touches nothing, before ODE disables
- * it, and the angles that transmissions and angular motors in Euler mode follow.
+ * What ODE keeps and does not show begins anew: how long bodies have been slow whose joints ODE solves and that touch
+ * nothing, and the angles that transmissions and angular motors in Euler mode follow.
  */
 
 /* The things of a world in an order that the program can repeat: all bodies, geoms and joints that contacts, servos,
