@@ -152,8 +152,8 @@ static double angle_off_surface(const scene_object *object, const scene_finger *
     return atan2(scene_norm(across), scene_dot(normal, slope));
 }
 
-void scene_report_normals(const scene *s, const char *what, void (*report)(void *context, const char *text),
-                          void *context)
+void scene_report_normals(const scene *s, const char *before, const char *after,
+                          void (*report)(void *context, const char *text), void *context)
 {
     static const double SEEN = 0.02; /* rad; normals of a few digits are no mistake */
     for (size_t i = 0; i < s->finger_count; i++) {
@@ -161,10 +161,21 @@ void scene_report_normals(const scene *s, const char *what, void (*report)(void 
         double angle = angle_off_surface(&s->objects[0], f);
         char text[256];
         if (!(angle > SEEN)) continue;
-        snprintf(text, sizeof text, "%s: %s, as its normal is %.3g degrees off the surface's", f->name, what,
-                 angle * 180 / M_PI);
+        snprintf(text, sizeof text, "%s%s%s, as the finger's normal is %.3g degrees off the surface's", before, f->name,
+                 after, angle * 180 / M_PI);
         report(context, text);
     }
+}
+
+/* A tip that bears no more than its drive presses with stands still nowhere; the statics take the less of both. */
+static void report_yielding(const scene_finger *f, void (*report)(void *context, const char *text), void *context)
+{
+    double force;
+    char text[256];
+    if (!scene_finger_force(f, &force) || !(force > f->max_force)) return;
+    snprintf(text, sizeof text, "how %s goes on, pressed with %g N where its tip yields at %g N", f->name, force,
+             f->max_force);
+    report(context, text);
 }
 
 void scene_statics_leave_out(const scene *s, void (*report)(void *context, const char *text), void *context)
@@ -179,5 +190,6 @@ void scene_statics_leave_out(const scene *s, void (*report)(void *context, const
         report(context, "the size of pads: a finger touches in one point, and resists turning only if it is soft");
     if (s->object_count > 1) report(context, "other objects, and what they exert on the first");
     if (s->environment_count > 0) report(context, "the environment");
-    scene_report_normals(s, "the object's surface", report, context);
+    scene_report_normals(s, "the object's surface at ", "", report, context);
+    for (size_t i = 0; i < s->finger_count; i++) report_yielding(&s->fingers[i], report, context);
 }

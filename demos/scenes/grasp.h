@@ -18,9 +18,9 @@ void scene_static_grasp_at(const scene *s, double time, pinch_finger *fingers, p
 /* A finger whose path drive has moved it by then, so that it is not where the statics put it; NULL for none. */
 const scene_finger *scene_finger_on_path(const scene *s, double time);
 
-/* Reports each finger whose normal is not the surface's. `what` of it is not expressed therefore. */
-void scene_report_normals(const scene *s, const char *what, void (*report)(void *context, const char *text),
-                          void *context);
+/* Reports each finger whose normal is not the surface's, in a text that begins with `before`, its name and `after`. */
+void scene_report_normals(const scene *s, const char *before, const char *after,
+                          void (*report)(void *context, const char *text), void *context);
 /* Reports what a static grasp does not have of the scene, one text at a time. */
 void scene_statics_leave_out(const scene *s, void (*report)(void *context, const char *text), void *context);
 

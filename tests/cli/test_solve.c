@@ -136,8 +136,9 @@ static void normals_off_the_surface_are_said(void **state)
 {
     (void)state;
     static const char *const commands[] = {"solve", "run"};
-    static const char *const texts[] = {"left: the object's surface, as its normal is 10 degrees off the surface's",
-                                        "left: its contact's direction, as its normal is 10 degrees off the surface's"};
+    static const char *const texts[] = {
+        "the object's surface at left, as the finger's normal is 10 degrees off the surface's",
+        "left: its contact's direction, as the finger's normal is 10 degrees off the surface's"};
     for (int k = 0; k < 2; k++) {
         json_t *flat = not_expressed(commands[k], -0.03, 0.01, 0),
                *edge = not_expressed(commands[k], -0.03, -0.05, 0.6);
@@ -148,6 +149,38 @@ static void normals_off_the_surface_are_said(void **state)
         json_decref(flat);
         json_decref(edge);
         json_decref(tilted);
+    }
+}
+
+/* A drive that presses a tip with more than that bears comes to rest nowhere, which the statics do not show. */
+static void yielding_tips_are_said(void **state)
+{
+    (void)state;
+    static const char *const presses[] = {"\"normal_force\": 10", "\"normal_force\": 4",
+                                          "\"drive\": {\"type\": \"slider\", \"mass\": 0.1, \"force\": 10}"};
+    for (int k = 0; k < 3; k++) {
+        char text[1024], *folder = program_make_folder();
+        snprintf(
+            text, sizeof text,
+            "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"sphere\", \"radius\": 0.03}, "
+            "\"mass\":"
+            " 0.1}, \"gravity\": [0, 0, 0], \"fingers\": [{\"name\": \"left\", \"point\": [-0.03, 0, 0], \"normal\":"
+            " [1, 0, 0], \"model\": \"hard\", \"stiffness\": {\"normal\": 1e4}, \"friction\": 0.5, \"max_force\": 5,"
+            " %s}, {\"point\": [0.03, 0, 0], \"normal\": [-1, 0, 0], \"model\": \"hard\", \"stiffness\": {\"normal\":"
+            " 1e4}, \"friction\": 0.5}]}",
+            presses[k]);
+        char *scene = program_write_file(folder, "yields.json", text);
+        program_result r = PINCH(NULL, "solve", scene, "--json");
+        json_t *d = cli_document(&r);
+        const json_t *said = json_object_get(d, "not_expressed");
+        assert_int_equal(json_array_size(said), k != 1);
+        if (k != 1)
+            assert_string_equal(json_string_value(json_array_get(said, 0)),
+                                "how left goes on, pressed with 10 N where its tip yields at 5 N");
+        json_decref(d);
+        program_free(&r);
+        free(scene);
+        program_remove_folder(folder);
     }
 }
 
@@ -516,6 +549,7 @@ int main(void)
         cmocka_unit_test(every_key_is_there),
         cmocka_unit_test(what_is_left_out_is_said),
         cmocka_unit_test(normals_off_the_surface_are_said),
+        cmocka_unit_test(yielding_tips_are_said),
         cmocka_unit_test(the_end_of_a_schedule_is_solved),
         cmocka_unit_test(every_legal_pair_solves_example_3),
         cmocka_unit_test(impossible_requests_are_usage_errors),

@@ -264,7 +264,7 @@ void world_free(world *w)
 void world_not_expressed(const world *w, void (*report)(void *context, const char *text), void *context)
 {
     world_hand_not_expressed(w, report, context);
-    scene_report_normals(w->scene, "its contact's direction", report, context);
+    scene_report_normals(w->scene, "", ": its contact's direction", report, context);
     if (w->settings.contact_solver == WORLD_PINCH) return;
     char text[256];
     report(context, "friction cone: ODE's is a box, up to 41 % too strong between its axes");
