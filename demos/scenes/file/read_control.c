@@ -82,9 +82,9 @@ static void bound_targets(const hand_drive *drive, scene_control *c)
 {
     if (c->type != SCENE_POSITION_CONTROL && c->type != SCENE_VELOCITY_CONTROL) return;
     double slope = -drive->bias[c->type == SCENE_POSITION_CONTROL ? 1 : 2] * drive->gear;
+    if (drive->gain == 0 || slope == 0) return; /* no control moves it */
     double a = (drive->gain * drive->least_control + drive->bias[0]) / slope;
     double b = (drive->gain * drive->most_control + drive->bias[0]) / slope;
-    if (isnan(a) || isnan(b)) return; /* a drive without gain */
     c->least_target = fmin(a, b);
     c->most_target = fmax(a, b);
 }
