@@ -147,7 +147,7 @@ static void test_energy_of_a_finger_that_touches_nothing(void **state)
 
 /* A bar of 50 g whose weight is taken off by a part, with a ball of 30 g fixed to its end, on a position drive. All is
  * accelerated upwards. */
-static world *relieved_bar(double part, const char *control, scene **s)
+static world *relieved_bar(double part, double gear, const char *control, scene **s)
 {
     char text[1536], *folder = program_make_folder();
     snprintf(
@@ -156,9 +156,9 @@ static world *relieved_bar(double part, const char *control, scene **s)
         "<body name='bar' gravcomp='%g'><joint name='hinge' axis='0 -1 0'/>"
         "<geom type='capsule' size='0.01' fromto='0 0 0 0.1 0 0' mass='0.05'/>"
         "<body name='ball' pos='0.12 0 0'><geom type='sphere' size='0.01' mass='0.03'/></body></body></body>"
-        "</worldbody><actuator><position name='drive' joint='hinge' kp='2' kv='0.02' gear='2' ctrlrange='-0.3 0.6'/>"
+        "</worldbody><actuator><position name='drive' joint='hinge' kp='2' kv='0.02' gear='%g' ctrlrange='-0.3 0.6'/>"
         "</actuator></mujoco>",
-        part);
+        part, gear);
     free(program_write_file(folder, "bar.xml", text));
     snprintf(text, sizeof text,
              "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"sphere\", \"radius\": 0.01},"
@@ -183,7 +183,7 @@ static void test_weight_that_is_taken_off(void **state)
     static const double PARTS[] = {0, 0.5, 1, 1.7};
     for (int k = 0; k < 4; k++) {
         scene *s;
-        world *w = relieved_bar(PARTS[k], "\"drive\": {\"target\": 0.2}", &s);
+        world *w = relieved_bar(PARTS[k], 2, "\"drive\": {\"target\": 0.2}", &s);
         const world_joint *j = &w->hands[0].joints[0];
         double load = 12.81 * (0.05 * 0.05 + 0.03 * 0.12) - 9.81 * PARTS[k] * 0.05 * 0.05;
         double weight = cos(j->position) * load;
@@ -208,19 +208,20 @@ static void test_targets_beyond_the_range_of_control(void **state)
     (void)state;
     static const struct {
         const char *control;
-        double position;
+        double position, kp, gear;
     } cases[] = {
-        {"\"drive\": {\"target\": 1}", 0.3},
-        {"\"drive\": {\"target\": -1}", -0.15},
-        {"\"drive\": {\"target\": [[0, 0], [1, 0.25], [2, 2]]}", 0.3},
-        {"\"drive\": {\"kd\": 0.1}", -0.4},
+        {"\"drive\": {\"target\": 1}", 0.3, 8, 2},
+        {"\"drive\": {\"target\": -1}", -0.15, 8, 2},
+        {"\"drive\": {\"target\": [[0, 0], [1, 0.25], [2, 2]]}", 0.3, 8, 2},
+        {"\"drive\": {\"kd\": 0.1}", -0.4, 8, 2},
+        {"\"drive\": {\"target\": 0.7, \"kp\": 4, \"kd\": 0.1}", 0.7, 4, 0}, /* no control moves it */
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         scene *s;
-        world *w = relieved_bar(1, cases[k].control, &s);
+        world *w = relieved_bar(1, cases[k].gear, cases[k].control, &s);
         const world_joint *j = &w->hands[0].joints[0];
         double weight = cos(j->position) * (12.81 * (0.05 * 0.05 + 0.03 * 0.12) - 9.81 * 0.05 * 0.05);
-        assert_close(j->position, cases[k].position - weight / 8, 1e-9);
+        assert_close(j->position, cases[k].position - weight / cases[k].kp, 1e-9);
         world_free(w);
         scene_free(s);
     }
