@@ -183,8 +183,43 @@ typedef struct step_solve {
 static pinch_status solve_in_forces(step_solve *s, const pinch_mobility *mobility, pinch_force_way way)
 {
     pinch_arena *arena = &s->solver->arena;
+    double *start;           /* keep_trial: room for the forces that an attempt began with */
+    bool has_trial;          /* the problem has forces of an attempt that failed, and `start` those before */
     pinch_problem *problem = s->problem;
     const pinch_solver_settings *settings = s->settings;
+/* Moves a number from `value` to its place, or back. */
+static void move_number(double *value, double **place, bool back)
+{
+    if (back)
+        *value = **place;
+    else
+        **place = *value;
+    ++*place;
+}
+
+/* Keeps the forces of the problem in `start`, or puts them back. */
+static void move_start(step_solve *s, bool back)
+{
+    double *place = s->start;
+    for (int k = 0; k < s->problem->contact_count; k++) {
+        pinch_contact *c = &s->problem->contacts[k];
+        for (int i = 0; i < 4; i++) move_number(&c->force[i], &place, back);
+        for (int i = 0; i < 2; i++) move_number(&c->rolling_moment[i], &place, back);
+    }
+    for (int j = 0; j < s->problem->row_count; j++) move_number(&s->problem->rows[j].force, &place, back);
+}
+
+/* Takes back what an attempt has left that failed. Only the last one is shown, and those after it begin as if nobody
+ * looked. */
+static void take_back_trial(step_solve *s)
+{
+    if (!s->has_trial) return;
+    move_start(s, true);
+    s->result->floor_depth = s->result->floor_residual = 0;
+    s->result->too_soft = false;
+    s->has_trial = false;
+}
+
     pinch_step_result *result = s->result;
     pinch_force_system system = {.orders = &s->solver->orders};
     if (!pinch_force_solve(arena, problem, mobility, settings, way, &system, result)) return failure(arena);
@@ -193,13 +228,17 @@ static pinch_status solve_in_forces(step_solve *s, const pinch_mobility *mobilit
     if (result->solve.status == PINCH_SOLVE_CONVERGED &&
         !pinch_step_verify(problem, settings->tolerance, system.body_scratch, result)) {
         result->solve.status = approximated ? PINCH_SOLVE_MAX_ITERATIONS : PINCH_SOLVE_UNVERIFIED;
+    take_back_trial(s);
         result->swept = approximated;
     }
     if (approximated || result->solve.status == PINCH_SOLVE_CONVERGED) return PINCH_OK;
     double share;
     bool written = system.before != NULL;
-    if (!written && problem->keep_trial && !pinch_force_read_back(arena, problem, &system, result, &share))
-        return failure(arena);
+    if (!written && problem->keep_trial) {
+        move_start(s, false);
+        s->has_trial = true;
+        if (!pinch_force_read_back(arena, problem, &system, result, &share)) return failure(arena);
+    }
     pinch_force_undo(&system);
     return PINCH_OK;
 }
@@ -240,6 +279,7 @@ static pinch_status solve_in_velocities(step_solve *s)
     bool verified = false;
     int measures = system.unknowns > 0 ? MEASURES : 1; /* where joints hold everything there is nothing to measure */
     for (int measure = 0; measure < measures && !verified && total.status == PINCH_SOLVE_CONVERGED; measure++) {
+    take_back_trial(s);
         pinch_solver_settings finer = *settings;
         if (measure > 0) {
             pinch_velocity_system_rescale(&system);
@@ -405,3 +445,8 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     if (status == PINCH_OK && !outputs) poison(problem);
     return status;
 }
+    if (problem->keep_trial) {
+        enum { FORCES = 6 };
+        s.start = PINCH_ARENA_ARRAY(&solver->arena, double, FORCES * problem->contact_count + problem->row_count + 1);
+        if (!s.start) return failure(&solver->arena);
+    }

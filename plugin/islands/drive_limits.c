@@ -92,12 +92,13 @@ void pinch_limit_drives(const pinch_contact_store *contacts, const pinch_step_bo
 bool pinch_drives_run_away(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
                            const pinch_island *island, const pinch_problem *problem)
 {
+    bool answered = island->result.solve.status == PINCH_SOLVE_CONVERGED;
     for (int body = 0; body < problem->body_count && bodies->drives.count > 0; body++) {
         const pinch_body *b = &problem->bodies[body];
         if (b->mass > 0) continue;
         double reach = reach_of(contacts, island, bodies->by_island.items[island->bodies.first + body]);
         double way = problem->step * fabs(pinch_v3_dot(b->velocity_end, b->drive_axis));
-        if (!(PART_OF_SIZE * way <= reach)) return true;
+        if (!answered || PART_OF_SIZE * way > reach) return true;
     }
     return false;
 }

@@ -36,7 +36,8 @@ void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_
  * hand or of all, behind the rows of joints. */
 void pinch_limit_drives(const pinch_contact_store *contacts, const pinch_step_bodies *bodies, pinch_island *island,
                         bool all, pinch_problem *problem);
-/* drive_limits.c: tells whether a driven finger goes farther in an answer than it, or what it touches, is large. */
+/* drive_limits.c: tells whether a driven finger goes farther in an answer than it, or what it touches, is large, or
+ * whether an island with one has no answer. */
 bool pinch_drives_run_away(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
                            const pinch_island *island, const pinch_problem *problem);
 /* drive_limits.c: how many of these fingers went as fast as they may, in an answer. */

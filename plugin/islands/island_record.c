@@ -36,7 +36,7 @@ void pinch_end_recording(const pinch_step_context *context, int island, const pi
                          const pinch_problem *before, const pinch_problem *after, const pinch_step_result *result)
 {
     const pinch_ode_settings *settings = &context->settings;
-    bool solved = result->solve.status == PINCH_SOLVE_CONVERGED;
+    bool solved = result->solve.status == PINCH_SOLVE_CONVERGED && !result->too_soft;
     if (before->body_count == 0 || (solved && !settings->record_all)) return;
     pinch_ode_recording recording = {.step = context->number,
                                      .island = island,

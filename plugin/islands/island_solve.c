@@ -146,7 +146,7 @@ static void try_solvers(island_solve *s)
         island->status = pinch_step_solve(s->thread->solver, problem, &settings, result);
         if (attempt == 0 && island->status == PINCH_OK)
             pinch_end_recording(context, number, &settings, &before, problem, result);
-        if (pinch_drives_run_away(s->contacts, s->bodies, island, problem)) {
+        if (island->status == PINCH_OK && pinch_drives_run_away(s->contacts, s->bodies, island, problem)) {
             pinch_limit_drives(s->contacts, s->bodies, island, true, problem);
             forget_warm_start(problem);
             island->status = pinch_step_solve(s->thread->solver, problem, &settings, result);

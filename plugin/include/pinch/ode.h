@@ -129,7 +129,8 @@ typedef struct pinch_ode_settings {
     bool ode_solves; /* true: the contacts keep their persistent manifolds, and ODE's own stepper solves the points, for
                       * comparisons: fingertips as far as its contacts can say them (normal stiffness and damping,
                       * friction). Default false */
-    pinch_ode_recorder recorder; /* is shown islands whose first solve failed; NULL (default): none */
+    pinch_ode_recorder recorder; /* is shown islands whose first solve failed or gave an answer that is too soft; NULL
+                                  * (default): none */
     void *recorder_context;      /* is handed to it */
     bool record_all; /* true: the recorder is shown each first attempt, also where it converged. Later attempts by
                       * other solvers are never shown. Default false */
