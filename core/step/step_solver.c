@@ -3,6 +3,7 @@
 
 #include "force/force_system.h"
 #include "solvers/methods.h"
+#include "step/sticking.h"
 #include "step/validate.h"
 #include "velocity/velocity_system.h"
 #include "verify/step_check.h"
@@ -13,6 +14,7 @@
 
 struct pinch_step_solver {
     pinch_arena arena;
+    pinch_arena beside; /* what is kept from one solve of a step to the next */
     pinch_block_order_memory orders;
 };
 
@@ -28,6 +30,7 @@ pinch_status pinch_step_solver_create(pinch_step_solver **solver)
     *solver = malloc(sizeof **solver);
     if (!*solver) return PINCH_OUT_OF_MEMORY;
     pinch_arena_init(&(*solver)->arena);
+    pinch_arena_init(&(*solver)->beside);
     memset(&(*solver)->orders, 0, sizeof(*solver)->orders);
     return PINCH_OK;
 }
@@ -36,6 +39,7 @@ void pinch_step_solver_destroy(pinch_step_solver *solver)
 {
     if (!solver) return;
     pinch_arena_free(&solver->arena);
+    pinch_arena_free(&solver->beside);
     pinch_block_order_forget(&solver->orders);
     free(solver);
 }
@@ -43,13 +47,15 @@ void pinch_step_solver_destroy(pinch_step_solver *solver)
 size_t pinch_step_solver_memory(const pinch_step_solver *solver, size_t *high_water)
 {
     size_t orders = sizeof *solver->orders.room * solver->orders.held;
-    if (high_water) *high_water = pinch_arena_high_water(&solver->arena) + orders;
-    return pinch_arena_held(&solver->arena) + orders;
+    if (high_water)
+        *high_water = pinch_arena_high_water(&solver->arena) + pinch_arena_high_water(&solver->beside) + orders;
+    return pinch_arena_held(&solver->arena) + pinch_arena_held(&solver->beside) + orders;
 }
 
 void pinch_step_solver_trim(pinch_step_solver *solver, size_t least)
 {
     pinch_arena_trim(&solver->arena, least);
+    pinch_arena_trim(&solver->beside, least);
     pinch_block_order_forget(&solver->orders);
 }
 
@@ -173,20 +179,14 @@ typedef struct step_solve {
     const pinch_solver_settings *settings;
     pinch_step_result *result;
     choice can;
-    bool stiff;              /* contacts are: then the forces are better unknowns */
+    bool stiff;              /* contacts are, or count as such: then the forces are better unknowns */
     bool forces;             /* the forces are the first unknowns that are tried */
     bool sweeps;             /* sweeps may take over */
     pinch_mobility mobility; /* for the attempt at hand */
-} step_solve;
-
-/* Solves, and checks the answer. What the check does not let pass of an approximation stays one. */
-static pinch_status solve_in_forces(step_solve *s, const pinch_mobility *mobility, pinch_force_way way)
-{
-    pinch_arena *arena = &s->solver->arena;
     double *start;           /* keep_trial: room for the forces that an attempt began with */
     bool has_trial;          /* the problem has forces of an attempt that failed, and `start` those before */
-    pinch_problem *problem = s->problem;
-    const pinch_solver_settings *settings = s->settings;
+} step_solve;
+
 /* Moves a number from `value` to its place, or back. */
 static void move_number(double *value, double **place, bool back)
 {
@@ -220,15 +220,21 @@ static void take_back_trial(step_solve *s)
     s->has_trial = false;
 }
 
+/* Solves, and checks the answer. What the check does not let pass of an approximation stays one. */
+static pinch_status solve_in_forces(step_solve *s, const pinch_mobility *mobility, pinch_force_way way)
+{
+    pinch_arena *arena = &s->solver->arena;
+    pinch_problem *problem = s->problem;
+    const pinch_solver_settings *settings = s->settings;
     pinch_step_result *result = s->result;
     pinch_force_system system = {.orders = &s->solver->orders};
+    take_back_trial(s);
     if (!pinch_force_solve(arena, problem, mobility, settings, way, &system, result)) return failure(arena);
     bool approximated = system.given_up || way == PINCH_FORCE_BY_SWEEPS;
     if (result->solve.status != PINCH_SOLVE_CONVERGED) result->swept = false;
     if (result->solve.status == PINCH_SOLVE_CONVERGED &&
         !pinch_step_verify(problem, settings->tolerance, system.body_scratch, result)) {
         result->solve.status = approximated ? PINCH_SOLVE_MAX_ITERATIONS : PINCH_SOLVE_UNVERIFIED;
-    take_back_trial(s);
         result->swept = approximated;
     }
     if (approximated || result->solve.status == PINCH_SOLVE_CONVERGED) return PINCH_OK;
@@ -273,13 +279,13 @@ static pinch_status solve_in_velocities(step_solve *s)
     const pinch_solver_settings *settings = s->settings;
     pinch_step_result *result = s->result;
     pinch_velocity_system system;
+    take_back_trial(s);
     if (!pinch_velocity_system_build(arena, problem, &s->mobility, &system)) return failure(arena);
     result->unknowns = system.unknowns;
     pinch_solver_result total = {.status = PINCH_SOLVE_CONVERGED}, *solve = &result->solve;
     bool verified = false;
     int measures = system.unknowns > 0 ? MEASURES : 1; /* where joints hold everything there is nothing to measure */
     for (int measure = 0; measure < measures && !verified && total.status == PINCH_SOLVE_CONVERGED; measure++) {
-    take_back_trial(s);
         pinch_solver_settings finer = *settings;
         if (measure > 0) {
             pinch_velocity_system_rescale(&system);
@@ -421,16 +427,16 @@ static pinch_status try_in_order(step_solve *s)
     return status;
 }
 
-pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem, const pinch_solver_settings *settings,
-                              pinch_step_result *result)
+/* Finds an answer. by_forces: the forces are the first unknowns, if they can be. */
+static pinch_status solve_step(pinch_step_solver *solver, pinch_problem *problem, const pinch_solver_settings *settings,
+                               bool by_forces, pinch_step_result *result)
 {
     memset(result, 0, sizeof *result);
-    if (!pinch_problem_valid(problem)) return PINCH_INVALID_ARGUMENT;
     step_solve s = {.solver = solver, .problem = problem, .settings = settings, .result = result};
     s.can = possible_unknowns(problem, settings);
     if (!s.can.velocities && !s.can.forces) return PINCH_UNSUPPORTED;
     pinch_arena_reset(&solver->arena);
-    s.stiff = s.can.forces && is_stiff(problem);
+    s.stiff = s.can.forces && (by_forces || is_stiff(problem));
     if (s.can.velocities && !s.stiff && is_single_body(problem, settings)) {
         pinch_status status = solve_single_body(&solver->arena, problem, settings, result);
         if (status != PINCH_OK || result->unknowns > 0) return status;
@@ -439,14 +445,30 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     for (int j = 0; j < problem->row_count; j++) problem->rows[j].violation = 0;
     pinch_status status = choose_unknowns(&s);
     if (status != PINCH_OK) return status;
+    if (problem->keep_trial) {
+        enum { FORCES = 6 };
+        s.start = PINCH_ARENA_ARRAY(&solver->arena, double, FORCES * problem->contact_count + problem->row_count + 1);
+        if (!s.start) return failure(&solver->arena);
+    }
     if (s.sweeps && settings->sweeps_alone) return sweep(&s, &s.mobility);
     status = try_in_order(&s);
     bool outputs = result->solve.status == PINCH_SOLVE_CONVERGED || result->swept || problem->keep_trial;
     if (status == PINCH_OK && !outputs) poison(problem);
     return status;
 }
-    if (problem->keep_trial) {
-        enum { FORCES = 6 };
-        s.start = PINCH_ARENA_ARRAY(&solver->arena, double, FORCES * problem->contact_count + problem->row_count + 1);
-        if (!s.start) return failure(&solver->arena);
+
+pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem, const pinch_solver_settings *settings,
+                              pinch_step_result *result)
+{
+    pinch_sticking start;
+    if (!pinch_problem_valid(problem)) {
+        memset(result, 0, sizeof *result);
+        return PINCH_INVALID_ARGUMENT;
     }
+    pinch_arena_reset(&solver->beside);
+    if (!pinch_note_start(&solver->beside, problem, &start)) return PINCH_OUT_OF_MEMORY;
+    pinch_status status = solve_step(solver, problem, settings, false, result);
+    bool answered = status == PINCH_OK && result->solve.status == PINCH_SOLVE_CONVERGED;
+    if (!answered || pinch_contacts_let_go(&start, problem) == 0) return status;
+    return pinch_go_on_sticking(&solver->beside, &start, solve_step, solver, problem, settings, result);
+}

@@ -1,0 +1,36 @@
+/* Of several answers of one step, the one in which contacts go on sticking. */
+#ifndef PINCH_STEP_STICKING_H
+#define PINCH_STEP_STICKING_H
+
+#include "support/arena.h"
+
+#include <pinch/problem.h>
+
+/* What a step began with. */
+typedef struct pinch_sticking {
+    pinch_contact *contacts; /* as they were; NULL: none presses, or it is not asked for */
+    double *row_forces;
+} pinch_sticking;
+
+/* Notes what a solve changes. Returns false when memory ran out. */
+bool pinch_note_start(pinch_arena *arena, const pinch_problem *problem, pinch_sticking *start);
+
+/* The number of contacts that stick by the forces of the last step, and do not in the answer that the problem has. */
+int pinch_contacts_let_go(const pinch_sticking *start, const pinch_problem *problem);
+
+/* A solve, as pinch_step_solve does it but for this search. by_forces: the forces are the first unknowns, if they can
+ * be. */
+typedef pinch_status pinch_sticking_solve(pinch_step_solver *solver, pinch_problem *problem,
+                                          const pinch_solver_settings *settings, bool by_forces,
+                                          pinch_step_result *result);
+
+/*
+ * Looks for an answer in which fewer contacts have let go than in the one that the problem and result have. Both are
+ * replaced by it where there is one, and stay as they are otherwise. The count of iterations includes the search.
+ * Returns PINCH_OUT_OF_MEMORY, or PINCH_OK.
+ */
+pinch_status pinch_go_on_sticking(pinch_arena *arena, const pinch_sticking *start, pinch_sticking_solve *solve,
+                                  pinch_step_solver *solver, pinch_problem *problem,
+                                  const pinch_solver_settings *settings, pinch_step_result *result);
+
+#endif
