@@ -234,6 +234,30 @@ static void test_overlap_is_remarked(void **state)
     }
 }
 
+/* So are tips that begin in each other, where one of them can be stopped. */
+static void test_overlap_of_tips_is_remarked(void **state)
+{
+    (void)state;
+    static const char two_tips[] =
+        "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"box\", \"size\": [0.04, 0.04, 0.04]}, "
+        "\"mass\": 0.2}, \"fingers\": [{\"name\": \"one\", \"point\": [-0.02, 0, 0], \"normal\": [1, 0, 0], "
+        "\"model\": \"hard\", \"stiffness\": {\"normal\": 1e4}, \"friction\": 0.5, \"normal_force\": 1, \"tip\": "
+        "{\"type\": \"sphere\", \"radius\": 0.01}}, {\"name\": \"two\", \"point\": [-0.02, %s, 0], \"normal\": "
+        "[1, 0, 0], \"model\": \"hard\", \"stiffness\": {\"normal\": 1e4}, \"friction\": 0.5, \"closing\": 1e-4, "
+        "\"tip\": {\"type\": \"sphere\", \"radius\": 0.01}}], \"simulation\": {\"duration\": 0.01}}";
+    static const char *const places[] = {"0.02", "0.015"};
+    for (int deep = 0; deep < 2; deep++) {
+        char text[1024], *folder = program_make_folder();
+        snprintf(text, sizeof text, two_tips, places[deep]);
+        free(program_write_file(folder, "tips.json", text));
+        program_result r = PINCH(folder, "run", "tips.json", "--json");
+        assert_string_equal(
+            r.err, deep ? "pinch run: tips: one and two begin 0.005 m in each other, and are pushed apart\n" : "");
+        program_free(&r);
+        program_remove_folder(folder);
+    }
+}
+
 /* Dropping what was held is a result: status 0 and an event; so is crushing. */
 static void test_events(void **state)
 {
@@ -429,6 +453,7 @@ int main(void)
         cmocka_unit_test(test_unsupported_shapes),
         cmocka_unit_test(test_left_behind),
         cmocka_unit_test(test_overlap_is_remarked),
+        cmocka_unit_test(test_overlap_of_tips_is_remarked),
         cmocka_unit_test(test_events),
         cmocka_unit_test(test_unconverged_is_reported),
         cmocka_unit_test(test_solved_by_is_told),

@@ -158,15 +158,22 @@ world_status world_collide(world *w)
     return status == WORLD_OK ? collide_hands(w) : status;
 }
 
-/* What a geom is that no finger of the scene moves; NULL where one does. */
+/* Is a geom the tip of one of the scene's fingers? */
+static bool is_tip(const world *w, dGeomID geom)
+{
+    for (size_t i = 0; i < w->scene->finger_count; i++)
+        if (w->geoms[i] == geom) return true;
+    return false;
+}
+
 static const char *name_of(const world *w, dGeomID geom)
 {
     const scene *s = w->scene;
     int object = world_object_of(w, geom);
     if (object >= 0) return s->objects[object].name;
-    for (int i = (int)s->finger_count; i < w->geom_count; i++) {
+    for (int i = 0; i < w->geom_count; i++) {
         if (w->geoms[i] != geom) continue;
-        if (w->hand_geoms[i].hand) return w->fingers[w->categories[i]].finger->name;
+        if (w->hand_geoms[i].hand || i < (int)s->finger_count) return w->fingers[w->categories[i]].finger->name;
         return s->environment[i - (int)s->finger_count].name;
     }
     return NULL;
@@ -177,8 +184,8 @@ bool world_deepest_overlap(const world *w, world_overlap *deepest)
     *deepest = (world_overlap){.depth = 0};
     for (int i = 0; i < w->contact_count; i++) {
         const dContactGeom *g = &w->contacts[i].contact.geom;
-        const char *first = name_of(w, g->g1), *second = name_of(w, g->g2);
-        if (first && second && g->depth > deepest->depth) *deepest = (world_overlap){first, second, g->depth};
+        if (is_tip(w, g->g1) != is_tip(w, g->g2) || !(g->depth > deepest->depth)) continue;
+        *deepest = (world_overlap){name_of(w, g->g1), name_of(w, g->g2), g->depth};
     }
     return deepest->depth > 0;
 }
