@@ -20,6 +20,15 @@
  *    loops, where errors may contradict each other, only as long as the bodies of a joint are carried without being
  *    thrown, and in trees not faster than by some falls of a step. All of it is bounded by the errors that were there.
  *
+ * Beside the account stand savings. Where bodies turn far in a step, a motion along rows as they were leads away from
+ * where they should be, and a heavy body at the end of a chain tears it apart: rows take much energy out in each step,
+ * and closing takes as much, against the tension. An account that forgets this has the chain torn further and further
+ * by its weight. So the savings are all that joints have taken out less all that they have put in, the parts above
+ * included, and joints may put a part of what is saved in, if that is more than the account allows and lifting asks
+ * for: all of it at once would be a kick. No more is saved than it takes to close the errors that there are, and
+ * nothing where rows contradict each other. What joints take out beside contacts may be an impact, and is not saved.
+ * Debts stay.
+ *
  * Where an island goes to ODE (backoff.c) its joints keep their pace, if they close loops or are torn: ODE is given
  * that part of their ERP (joints/joint_pace.c). It goes down where the island gains energy in ODE's step, and up
  * otherwise.
@@ -40,6 +49,10 @@
 
 static const double OF_FALL = 0.2, MOST = 0.1, OVERDRAFT = 0.2, TIMES_ASKED_FOR = 100;
 enum { STEPS_OF_FALL = 50 }; /* held in any case */
+
+/* Of the savings, joints may put this part in in a step. It is the part of an error that ODE takes back in a step, by
+ * the ERP that its worlds begin with. */
+static const double OF_SAVED = 0.2;
 
 /* Where a step needed less than this part of what it had, the next goes by this factor faster. */
 static const double EASY = 0.25, FASTER = 1.5;
@@ -101,7 +114,7 @@ static void read_accounts(const pinch_island_graph *graph, pinch_island *island)
 {
     pinch_island_joints *j = &island->joints;
     j->pace = 1;
-    j->energy = 0;
+    j->energy = j->saved = 0;
     j->torn = false;
     int next = 0;
     for (int k = 0; k < island->bodies.count; k++) {
@@ -109,6 +122,7 @@ static void read_accounts(const pinch_island_graph *graph, pinch_island *island)
             find(&graph->accounts, pinch_island_body(&graph->bodies, island->bodies, k)->body, &next);
         if (!a) continue;
         j->energy += a->energy;
+        j->saved += a->saved;
         j->torn = j->torn || a->torn;
         if (a->pace < j->pace) j->pace = a->pace;
     }
@@ -142,6 +156,11 @@ void pinch_open_account(const pinch_step_context *context, const pinch_island_gr
     j->energy = fmin(j->energy, most) + fall + j->overdraft;
 }
 
+double pinch_joints_may_put_in(const pinch_island_joints *joints)
+{
+    return fmax(joints->energy + joints->lifting, OF_SAVED * joints->saved);
+}
+
 void pinch_close_overdraft(pinch_island_joints *joints)
 {
     joints->torn = true;
@@ -171,9 +190,9 @@ static pinch_joint_account *find_or_add(pinch_joint_accounts *a, dBodyID body, l
     return &a->items[a->count++];
 }
 
-/* Keeps what the island has left (J) and its next pace, in equal parts by body. */
+/* Keeps what the island has left and saved (J), and its next pace, in equal parts by body. */
 static void write_accounts(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island,
-                           double left, double pace)
+                           double left, double saved, double pace)
 {
     int next = 0;
     for (int k = 0; k < island->bodies.count; k++) {
@@ -181,6 +200,7 @@ static void write_accounts(const pinch_step_context *context, pinch_island_graph
         pinch_joint_account *a = find_or_add(&graph->accounts, body, context->number, &next);
         if (!a) continue;
         a->energy = left / island->bodies.count;
+        a->saved = saved / island->bodies.count;
         a->pace = pace;
         a->torn = island->joints.torn;
         a->seen = context->number;
@@ -239,7 +259,8 @@ static void keep_fallback_account(const pinch_step_context *context, pinch_islan
     double gained = kinetic - j->kinetic - weight;
     bool much = !(gained <= GAIN * j->kinetic + 0.5 * mass * fall * fall);
     double pace = much ? SLOWER * j->pace : fmin(fmax(FASTER * j->pace, LEAST), 1);
-    write_accounts(context, graph, island, fmax(j->energy - fmax(gained, 0), 0), pace);
+    gained = fmax(gained, 0);
+    write_accounts(context, graph, island, fmax(j->energy - gained, 0), j->saved - gained, pace);
 }
 
 /* Keeps what hard contacts may put in. Bodies that have none, and had none before, need no account. */
@@ -269,6 +290,8 @@ void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *g
     if (island->phase != PINCH_ISLAND_SOLVED || j->joint_rows == 0) return; /* none was opened without rows */
     double drawn = fmin(j->work, fmax(j->work - j->lifting, 0));            /* negative: paid in */
     double left = fmax(j->energy - j->overdraft - drawn, 0);
-    bool easy = j->work <= EASY * (j->energy + j->lifting);
-    write_accounts(context, graph, island, left, easy ? fmin(fmax(FASTER * j->pace, LEAST), 1) : j->pace);
+    double spent = island->contacts.count > 0 ? fmax(j->work, 0) : j->work; /* negative: saved */
+    double saved = fmin(j->saved - spent, j->closing_work / OF_SAVED);
+    bool easy = j->work <= EASY * pinch_joints_may_put_in(j);
+    write_accounts(context, graph, island, left, saved, easy ? fmin(fmax(FASTER * j->pace, LEAST), 1) : j->pace);
 }

@@ -84,6 +84,7 @@ typedef struct pinch_backoff {
 typedef struct pinch_joint_account {
     dBodyID body;
     double energy, pace;   /* J, at the end of the last step with joints; to begin the next with */
+    double saved;          /* J: see energy_account.c; negative: a debt */
     double push;           /* J, of hard contacts; see push_out.c */
     double push_pace;      /* at which they begin the next step, if they were slowed in the step before */
     long push_slowed_step; /* the number of that step, if they ever were */

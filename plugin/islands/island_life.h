@@ -96,6 +96,8 @@ void pinch_open_account(const pinch_step_context *context, const pinch_island_gr
                         const pinch_joint_store *joints, const pinch_problem *problem, pinch_island *island);
 /* energy_account.c, after a solve in which contacts gave way to joints: these have no more than was in the account. */
 void pinch_close_overdraft(pinch_island_joints *joints);
+/* energy_account.c: returns the energy (J) that an island's joints may put in in this step. */
+double pinch_joints_may_put_in(const pinch_island_joints *joints);
 /* energy_account.c: tells whether joints may take all errors of their position back at once, as ODE does, because next
  * to no energy comes of it. */
 bool pinch_errors_are_small(const pinch_step_context *context, const pinch_joint_store *joints,

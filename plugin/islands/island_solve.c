@@ -219,12 +219,13 @@ static bool joints_put_too_much_in(island_solve *s)
     j->work = pinch_joint_work(s->joints, j, s->bodies, island->bodies, &s->problem);
     if ((island->result.too_soft || island->result.gave_way) && !j->torn) pinch_close_overdraft(j);
     j->lifting = 0;
-    if (j->work > j->energy) {
-        bool loops = pinch_joints_close_loops(s->joints, s->bodies, island->bodies, j);
+    bool loops = pinch_joints_close_loops(s->joints, s->bodies, island->bodies, j);
+    j->closing_work = pinch_work_of_closing(s->joints, j, &s->problem, loops || island->contacts.count > 0);
+    if (j->work > pinch_joints_may_put_in(j)) {
         double fall = pinch_fall_in_step(s->context);
         j->lifting = pinch_joint_lifting(s->joints, j, s->bodies, &s->problem, loops, fall);
     }
-    j->put_energy_in = !(j->work <= j->energy + j->lifting);
+    j->put_energy_in = !(j->work <= pinch_joints_may_put_in(j));
     return j->put_energy_in;
 }
 
@@ -305,7 +306,7 @@ static void slow_down(island_solve *s, int try, verdict v, push *p)
     if (try >= TRIES) p->partners = try > TRIES ? 0 : NEARLY * sqrt(pinch_most_of_partners(island) / island->push_work);
     push_at(s, p);
     if (!v.joints) return;
-    double pace = slower(j->pace, j->energy + j->lifting, j->work, no_try_left);
+    double pace = slower(j->pace, pinch_joints_may_put_in(j), j->work, no_try_left);
     pinch_set_closing_pace(s->joints, j, &s->problem, j->pace, pace);
     j->pace = pace;
 }

@@ -52,6 +52,11 @@ bool pinch_body_is_thrown(dBodyID body, const pinch_body *solved, double fall);
  * fall: the velocity that gravity adds in a step, m/s. */
 double pinch_joint_lifting(const pinch_joint_store *store, const pinch_island_joints *joints,
                            const pinch_step_bodies *bodies, const pinch_problem *problem, bool loops, double fall);
+/* joint_energy.c: returns the work (J) by which errors of position are taken back in a step as ODE asks for, against
+ * the weight of all bodies, or against the forces of an answer where these are more; not where `jammed`, as forces may
+ * cancel each other there. 0 where rows contradict each other. */
+double pinch_work_of_closing(const pinch_joint_store *store, const pinch_island_joints *joints,
+                             const pinch_problem *problem, bool jammed);
 /* joint_energy.c: returns the kinetic energy (J) that the bodies of a problem have beside their common motion, before
  * forces of rows and contacts act. */
 double pinch_energy_in_motion(const pinch_problem *problem);

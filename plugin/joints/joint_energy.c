@@ -207,10 +207,58 @@ static bool is_thrown(const pinch_step_bodies *bodies, const pinch_step_joint *j
     return false;
 }
 
+/* What loads a problem's joints from outside: all weights (N), torques (N m), and the longest arm (m) of weights. */
+typedef struct loads {
+    double weight, torque, arm;
+} loads;
+
+static loads loads_of(const pinch_problem *problem)
+{
+    return (loads){pinch_weight_of_all(problem), torque_on_all(problem), longest_arm(problem)};
+}
+
+/* Returns what a force of all these does at most along a row. *lever: what the weight has of that. */
+static double load_along(const loads *all, const pinch_joint_row *row, double *lever)
+{
+    const double *j = row->body1 >= 0 ? row->j1 : row->j2;
+    double along = pinch_v3_norm(j);
+    *lever = along > 0 ? along : all->arm * pinch_v3_norm(j + 3);
+    return all->weight * *lever + (along > 0 ? 0 : all->torque * pinch_v3_norm(j + 3));
+}
+
+/* Tells whether rows ask for different things. */
+static bool rows_contradict(const pinch_problem *problem)
+{
+    static const double MISSED = 1e-9; /* m/s, rad/s */
+    for (int k = 0; k < problem->row_count; k++)
+        if (fabs(problem->rows[k].violation) > MISSED) return true;
+    return false;
+}
+
+double pinch_work_of_closing(const pinch_joint_store *store, const pinch_island_joints *joints,
+                             const pinch_problem *problem, bool jammed)
+{
+    if (rows_contradict(problem)) return 0;
+    loads all = loads_of(problem);
+    double lever, work = 0;
+    for (int k = 0; k < joints->range.count; k++) {
+        const pinch_step_joint *joint = pinch_island_joint(store, joints, k);
+        const pinch_joint_row *row = problem->rows + joint->rows.first;
+        for (int i = 0; i < joint->rows.count; i++) {
+            if (fabs(joint->closing[i]) < LITTLE_ASKED_FOR) continue;
+            double force = load_along(&all, &row[i], &lever);
+            if (!jammed) force = fmax(fabs(row[i].force), force);
+            work += problem->step * force * fabs(joint->closing[i]);
+        }
+    }
+    return work;
+}
+
 double pinch_joint_lifting(const pinch_joint_store *store, const pinch_island_joints *joints,
                            const pinch_step_bodies *bodies, const pinch_problem *problem, bool loops, double fall)
 {
-    double weight = pinch_weight_of_all(problem), arm = longest_arm(problem), torque = torque_on_all(problem), work = 0;
+    loads all = loads_of(problem);
+    double lever, work = 0;
     for (int k = 0; k < joints->range.count; k++) {
         const pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         const pinch_joint_row *row = problem->rows + joint->rows.first;
@@ -218,11 +266,9 @@ double pinch_joint_lifting(const pinch_joint_store *store, const pinch_island_jo
         for (int i = 0; i < joint->rows.count; i++) {
             double closing = joint->closing[i], asked = joints->pace * fabs(closing);
             if (fabs(closing) < LITTLE_ASKED_FOR) continue;
-            const double *j = row[i].body1 >= 0 ? row[i].j1 : row[i].j2;
-            double along = pinch_v3_norm(j), lever = along > 0 ? along : arm * pinch_v3_norm(j + 3);
+            double load = load_along(&all, &row[i], &lever);
             if (!loops) asked = fmin(asked, FALLS * fall / lever);
             double speed = closing > 0 ? velocity_along(problem, &row[i]) : -velocity_along(problem, &row[i]);
-            double load = weight * lever + (along > 0 ? 0 : torque * pinch_v3_norm(j + 3));
             work += problem->step * fmin(fabs(row[i].force), load) * fmin(speed, asked);
         }
     }

@@ -65,6 +65,8 @@ typedef struct pinch_island_joints {
     bool rows_hold;          /* what was solved for satisfies the laws of all rows */
     bool put_energy_in;      /* what was solved for gets more energy from joints than they may put in */
     double energy, work;     /* J: what they may put in in this step, and what they have put in */
+    double saved;            /* J: what they have taken out less what they have put in; see energy_account.c */
+    double closing_work;     /* J: what it takes to close them in a step as ODE asks for */
     double lifting;          /* J: what they may put in besides, as what comes back has to be lifted; 0: not needed */
     double overdraft;        /* J: part of `energy` that they have not taken out yet */
     double pace;             /* at which errors of position are taken back, as a multiple of what ODE asks for */

@@ -10,7 +10,7 @@ enum {
     DRIVE_BYTES = 44,
     MEMORY_BYTES = 12,
     BACKED_OFF_BYTES = 26,
-    ACCOUNT_BYTES = 53,
+    ACCOUNT_BYTES = 61,
     IDLE_BYTES = 130,
     MOST_UNKNOWNS = 1 << 15
 };
@@ -117,6 +117,7 @@ static void archive_accounts(pinch_archive *a, pinch_joint_accounts *accounts)
         pinch_archive_old_body(a, &account->body);
         PINCH_ARCHIVE(a, account->energy);
         PINCH_ARCHIVE(a, account->pace);
+        PINCH_ARCHIVE(a, account->saved);
         PINCH_ARCHIVE(a, account->push);
         PINCH_ARCHIVE(a, account->push_pace);
         PINCH_ARCHIVE(a, account->push_slowed_step);
