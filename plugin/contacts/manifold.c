@@ -177,25 +177,47 @@ static bool lies_still(const pinch_manifold *m, const pinch_pose pose[2], double
     return all;
 }
 
+/* Returns how deep the deepest of the known points was when the last step was solved. */
+static double deepest_known(const pinch_manifold *m)
+{
+    double deepest = m->point[0].depth;
+    for (int k = 1; k < m->count; k++)
+        if (m->point[k].depth > deepest) deepest = m->point[k].depth;
+    return deepest;
+}
+
+/* Tells whether a point has the direction of one that is known. */
+static bool has_known_direction(const pinch_manifold *m, const pinch_detected_point *detected)
+{
+    static const double SAME_FACE = 0.99; /* the cosine of 0.14 rad */
+    for (int k = 0; k < m->count; k++)
+        if (pinch_v3_dot(m->point[k].normal, detected->normal) > SAME_FACE) return true;
+    return false;
+}
+
 /*
  * Where edges of two faces lie along each other, rounding decides how often they cross, and a collider returns points
  * between others that come and go. As long as the bodies hardly move against each other, a new point counts only where
- * it reaches beyond the known ones. Returns how many detected points are left.
+ * it reaches beyond the known ones. But a face is flat: what lies between is no deeper than the points around it, and
+ * has their direction. A point that is or has not was made by a shape that is another one now, and counts. Returns how
+ * many detected points are left.
  */
 static int drop_between(const pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point **detected, int count,
                         const pinch_manifold_rules *rules, int *known_of)
 {
+    static const double ROUNDING = 10; /* times the quiet distance */
     pinch_detected_point known[PINCH_MANIFOLD_POINTS], *known_list[PINCH_MANIFOLD_POINTS];
     int kept = 0, new_count = 0;
     for (int i = 0; i < count; i++) new_count += known_of[i] < 0;
     if (new_count == 0 || !lies_still(m, pose, rules->quiet_distance)) return count;
+    double deepest = deepest_known(m) + ROUNDING * rules->quiet_distance;
     for (int k = 0; k < m->count; k++) {
         pinch_v3_copy(known[k].position, m->point[k].position);
         known_list[k] = &known[k];
     }
     for (int i = 0; i < count; i++) {
         const pinch_detected_point *d = detected[i];
-        if (known_of[i] < 0 && !pinch_on_other_face(m->point[0].normal, d->normal) &&
+        if (known_of[i] < 0 && d->depth <= deepest && has_known_direction(m, d) &&
             !is_known(m, d, rules->merge_distance) &&
             !extends(d->position, d->normal, known_list, m->count, rules->merge_distance))
             continue;
