@@ -271,7 +271,7 @@ static void append(pinch_contact_store *store, pinch_pair *pair, const incoming_
     pair->last_buffered = place;
     pair->buffered_count++;
     store->buffer.count++;
-    store->unchanged = store->unchanged && pair->unchanged;
+    store->unchanged = store->unchanged && pair->unchanged && !pair->watched;
 }
 
 static pinch_status buffer_contact(pinch_contact_store *store, const pinch_step_context *context,

@@ -247,7 +247,8 @@ static int keep_undetected(pinch_manifold *m, const pinch_pose pose[2], pinch_de
     for (int k = 0; k < m->count; k++) {
         pinch_manifold_point *p = &m->point[k];
         stays[k] = seen[k] || (pinch_point_refresh(p, pose, rules, slack) &&
-                               extends(p->position, p->normal, detected, count, rules->merge_distance));
+                               extends(p->position, p->normal, detected, count, rules->merge_distance) &&
+                               (!rules->bears || rules->bears(rules->geoms, p, slack)));
         staying += stays[k];
     }
     return staying;

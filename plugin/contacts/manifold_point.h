@@ -67,6 +67,10 @@ typedef struct pinch_manifold_rules {
     bool shared;            /* the points share one stiffness, and their resultant shear outlives them; otherwise new
                              * points start without any shear */
     int most_points;        /* 1 to PINCH_MANIFOLD_POINTS */
+    /* Tells whether the geoms bear a point that was not detected, at a slack as in pinch_point_refresh; NULL: they do.
+     * It is asked for points only that would stay otherwise. */
+    bool (*bears)(void *geoms, const pinch_manifold_point *point, double slack);
+    void *geoms;
 } pinch_manifold_rules;
 
 /* Returns NULL for a point without rolling friction. */

@@ -1,6 +1,7 @@
 #include "contacts/pairs.h"
 
 #include "contacts/collider_points.h"
+#include "contacts/kept_points.h"
 #include "contacts/manifold.h"
 #include "contacts/surface.h"
 #include "util/block_pool.h"
@@ -255,17 +256,22 @@ static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
                                 pinch_side_pose(pair->id[1], pair->body[1])};
     static const double STEADY = 5e-12, QUIET = 1e-6; /* of the smaller geom */
     double size = pinch_pair_size(store, pair), wandering = points_wander(pair) ? size : 0;
+    pinch_kept_points kept;
+    pinch_kept_points_init(&kept, store, pair, pose, task->settings->merge_distance * size);
     pinch_manifold_rules rules = {
-        .merge_distance = task->settings->merge_distance * size,
+        .merge_distance = kept.merge_distance,
         .steady_distance = STEADY * wandering,
         .quiet_distance = QUIET * wandering,
         .stale_tilt = task->settings->stale_tilt,
         .shared = pair->has_material,
         .most_points = task->settings->manifold_points,
+        .bears = pinch_geoms_bear,
+        .geoms = &kept,
     };
     memcpy(rules.turned, pair->turned, sizeof rules.turned);
     pinch_detected_point *detected = store->detected[worker].items;
     int count = detected_points(store, pair, pose, detected);
+    pair->watched = 0;
     if (pair->has_material && pinch_manifold_continue(&pair->manifold, pose, detected, count, &rules)) {
         tell_places(store, pair, detected, count);
         return true;
@@ -275,6 +281,7 @@ static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
     if (updated.count > 0) memcpy(point, pair->manifold.point, (size_t)updated.count * sizeof *point);
     pinch_manifold_update(&updated, pose, detected, count, &rules);
     tell_places(store, pair, detected, count);
+    pair->watched = pinch_points_to_watch(pair, &updated, detected, count);
     bool grows = updated.count > pair->room ||
                  !(pair->has_material || keeps_own_laws(store, &pair->manifold, &updated, detected, count));
     if (!grows && pair->has_material) return store_points(store, pair, &updated);
@@ -290,6 +297,19 @@ static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
 static bool is_unchanged(const pinch_pair *pair)
 {
     return pair->unchanged && pair->buffered_count == pair->buffered_before;
+}
+
+/* Tells whether the points of an unchanged pair are still there that the collider does not return. */
+static bool watched_points_stay(const update_task *task, const pinch_pair *pair)
+{
+    pinch_kept_points kept;
+    if (!pair->watched) return true;
+    compute_poses(task, pair);
+    const pinch_pose pose[2] = {pinch_side_pose(pair->id[0], pair->body[0]),
+                                pinch_side_pose(pair->id[1], pair->body[1])};
+    pinch_kept_points_init(&kept, task->store, pair, pose,
+                           task->settings->merge_distance * pinch_pair_size(task->store, pair));
+    return pinch_geoms_bear_watched(&kept);
 }
 
 enum { AHEAD = 6 };
@@ -319,7 +339,7 @@ static void update_pairs(void *context, int worker, int first, int end)
             if (!is_unchanged(next)) pinch_prefetch_own_laws(next);
         }
         pinch_pair *pair = &pairs[i];
-        pair->unchanged = is_unchanged(pair);
+        pair->unchanged = is_unchanged(pair) && watched_points_stay(task, pair);
         if (!pair->unchanged && !update_pair(task, worker, pair)) atomic_store(&task->out_of_memory, true);
         same_points = same_points && pair->points_when_built == pair->manifold.count;
     }

@@ -21,16 +21,16 @@
     X(dBodyGetRotation) X(dBodyGetTorque) X(dBodyGetWorld) X(dBodyIsEnabled) X(dBodyIsKinematic) X(dBodySetAngularVel) \
     X(dBodySetAutoDisableAngularThreshold) X(dBodySetAutoDisableLinearThreshold) X(dBodySetForce) X(dBodySetLinearVel) \
     X(dBodySetPosition) X(dBodySetQuaternion) X(dBodySetTorque) X(dBodyVectorFromWorld) X(dBodyVectorToWorld)          \
-    X(dDQfromW) X(dGeomBoxGetLengths) X(dGeomCapsuleGetParams) X(dGeomCylinderGetParams) X(dGeomGetAABB)               \
+    X(dCollide) X(dDQfromW) X(dGeomBoxGetLengths) X(dGeomCapsuleGetParams) X(dGeomCylinderGetParams) X(dGeomGetAABB)   \
     X(dGeomGetBody) X(dGeomGetCategoryBits) X(dGeomGetClass) X(dGeomGetClassData) X(dGeomGetCollideBits)               \
     X(dGeomGetPosition) X(dGeomGetRotation) X(dGeomIsEnabled) X(dGeomIsOffset) X(dGeomIsSpace) X(dGeomPlaneGetParams)  \
-    X(dGeomRayGet) X(dGeomRayGetLength) X(dGeomSetBody) X(dGeomSphereGetRadius) X(dGeomTransformGetGeom)               \
-    X(dGeomTransformGetInfo) X(dGeomTriMeshGetTriangle) X(dGeomTriMeshGetTriangleCount) X(dGetDebugHandler)            \
-    X(dInvertPDMatrix) X(dSetDebugHandler) X(dJointCreateNull) X(dJointDisable) X(dJointEnable)                        \
-    X(dJointGetAMotorAngle) X(dJointGetAMotorAxis) X(dJointGetAMotorMode) X(dJointGetAMotorNumAxes)                    \
-    X(dJointGetAMotorParam) X(dJointGetBallAnchor) X(dJointGetBallAnchor2) X(dJointGetBallParam) X(dJointGetBody)      \
-    X(dJointGetDBallAnchor1) X(dJointGetDBallAnchor2) X(dJointGetDBallDistance) X(dJointGetDBallParam)                 \
-    X(dJointGetDHingeAxis) X(dJointGetDHingeParam) X(dJointGetFeedback) X(dJointGetFixedParam)                         \
+    X(dGeomRayGet) X(dGeomRayGetLength) X(dGeomSetBody) X(dGeomSetPosition) X(dGeomSphereGetRadius)                    \
+    X(dGeomSphereSetRadius) X(dGeomTransformGetGeom) X(dGeomTransformGetInfo) X(dGeomTriMeshGetTriangle)               \
+    X(dGeomTriMeshGetTriangleCount) X(dGetDebugHandler) X(dInvertPDMatrix) X(dSetDebugHandler) X(dJointCreateNull)     \
+    X(dJointDisable) X(dJointEnable) X(dJointGetAMotorAngle) X(dJointGetAMotorAxis) X(dJointGetAMotorMode)             \
+    X(dJointGetAMotorNumAxes) X(dJointGetAMotorParam) X(dJointGetBallAnchor) X(dJointGetBallAnchor2)                   \
+    X(dJointGetBallParam) X(dJointGetBody) X(dJointGetDBallAnchor1) X(dJointGetDBallAnchor2) X(dJointGetDBallDistance) \
+    X(dJointGetDBallParam) X(dJointGetDHingeAxis) X(dJointGetDHingeParam) X(dJointGetFeedback) X(dJointGetFixedParam)  \
     X(dJointGetHinge2Anchor) X(dJointGetHinge2Anchor2) X(dJointGetHinge2Angle1) X(dJointGetHinge2Angle2)               \
     X(dJointGetHinge2Axis1) X(dJointGetHinge2Axis2) X(dJointGetHinge2Param) X(dJointGetHingeAnchor)                    \
     X(dJointGetHingeAnchor2) X(dJointGetHingeAngle) X(dJointGetHingeAxis) X(dJointGetHingeParam)                       \

@@ -128,12 +128,159 @@ static void test_slides_on_a_plane_that_tilts(void **state)
     }
 }
 
+/* ---- a part taken away ---- */
+
+static const double SLAB[3] = {0.8, 0.4, 0.5};
+
+static double dug; /* m: the height field lies by that much lower where x >= 0 */
+
+static dReal height(void *data, int x, int z)
+{
+    (void)data, (void)z;
+    return x >= 40 ? -dug : 0;
+}
+
+/* A height field of 8 m by 8 m, whose y axis ODE has pointing up. */
+static dGeomID make_field(void)
+{
+    dMatrix3 upright;
+    dHeightfieldDataID data = dGeomHeightfieldDataCreate();
+    dGeomHeightfieldDataBuildCallback(data, NULL, height, 8, 8, 81, 81, 1, 0, 2, 0);
+    dGeomHeightfieldDataSetBounds(data, -3, 3);
+    dGeomID field = dCreateHeightfield(NULL, data, 1);
+    dRFromAxisAndAngle(upright, 1, 0, 0, M_PI / 2);
+    dGeomSetRotation(field, upright);
+    return field;
+}
+
+static void end_field(scene *s)
+{
+    dHeightfieldDataID data = dGeomHeightfieldGetHeightfieldData(s->ground);
+    end(s);
+    dGeomHeightfieldDataDestroy(data);
+    dug = 0;
+}
+
+static bool behind(const dContactGeom *found)
+{
+    return found->pos[0] <= 0;
+}
+
+static bool to_the_left(const dContactGeom *found)
+{
+    return found->pos[1] >= 0;
+}
+
+static void assert_topples(scene *s)
+{
+    steps(s, 40);
+    assert_true(dBodyGetRotation(s->body)[10] < 0.8); /* under ODE, too */
+}
+
+/* Its centre is above what has been dug away. */
+static void test_topples_where_the_ground_is_dug_away(void **state)
+{
+    (void)state;
+    scene s;
+    make(&s, make_field(), SLAB, 0.1);
+    steps(&s, SETTLING);
+    assert_close(dBodyGetRotation(s.body)[10], 1, 1e-9);
+    dug = 2;
+    assert_topples(&s);
+    end_field(&s);
+}
+
+/* A program hands over some of the points only that the collider returns. */
+static void test_topples_where_contacts_are_filtered(void **state)
+{
+    (void)state;
+    bool (*const filters[])(const dContactGeom *found) = {behind, to_the_left};
+    for (int k = 0; k < 4; k++) {
+        scene s;
+        make(&s, k < 2 ? dCreatePlane(NULL, 0, 0, 1, 0) : make_block(), SLAB, 0.1);
+        if (k % 2) dBodySetPosition(s.body, 0.1, -0.05, 0.25);
+        steps(&s, SETTLING);
+        s.hands_over = filters[k % 2];
+        assert_topples(&s);
+        end(&s);
+    }
+}
+
+/* ---- a collider that flickers ---- */
+
+static int turn; /* which two of the corners it returns */
+
+/* The corners of the box that are below z = 0, two at a time. */
+static int flickering(dGeomID box, dGeomID ground, int flags, dContactGeom *contacts, int skip)
+{
+    int count = 0;
+    (void)flags;
+    for (int k = 0; k < 4; k++) {
+        if ((k & 1) != turn % 2) continue;
+        dContactGeom *c = (dContactGeom *)((char *)contacts + (ptrdiff_t)skip * count);
+        const double x = k & 1 ? 0.5 : -0.5, y = k & 2 ? 0.5 : -0.5;
+        dVector3 corner;
+        dBodyGetRelPointPos(dGeomGetBody(box), x * SLAB[0], y * SLAB[1], -0.5 * SLAB[2], corner);
+        if (corner[2] > 0) continue;
+        memset(c, 0, sizeof *c);
+        memcpy(c->pos, corner, 3 * sizeof(double));
+        c->normal[2] = 1;
+        c->depth = -corner[2];
+        c->g1 = box;
+        c->g2 = ground;
+        count++;
+    }
+    return count;
+}
+
+static dGeomID make_mesh(dTriMeshDataID *data)
+{
+    static const double vertices[12] = {-4, -4, 0, 4, -4, 0, 4, 4, 0, -4, 4, 0};
+    static const dTriIndex indices[6] = {0, 1, 2, 0, 2, 3};
+    *data = dGeomTriMeshDataCreate();
+    dGeomTriMeshDataBuildDouble(*data, vertices, 3 * sizeof(double), 4, indices, 6, 3 * sizeof(dTriIndex));
+    return dCreateTriMesh(NULL, *data, NULL, NULL, NULL);
+}
+
+/* A collider leaves out two of four corners, others in each step, or the same for long. As long as the ground is there,
+ * the box lies on all four; and where it is dug away below those that are left out, on these no more. */
+static void test_lies_on_points_that_flicker(void **state)
+{
+    (void)state;
+    const int classes[] = {dPlaneClass, dTriMeshClass, dHeightfieldClass};
+    for (int i = 0; i < 3; i++) dSetColliderOverride(dBoxClass, classes[i], flickering);
+    for (int i = 0; i < 3; i++) {
+        scene s;
+        dTriMeshDataID data = NULL;
+        dGeomID ground = i == 0 ? dCreatePlane(NULL, 0, 0, 1, 0) : i == 1 ? make_mesh(&data) : make_field();
+        make(&s, ground, SLAB, 0.1);
+        dBodySetPosition(s.body, 0.1, 0, 0.5 * SLAB[2] - 1e-6);
+        for (int k = 0; k < 200; k++) {
+            turn = k < 100 ? k : 0;
+            steps(&s, 1);
+        }
+        assert_close(dBodyGetRotation(s.body)[10], 1, 1e-11);
+        assert_close(dBodyGetPosition(s.body)[2], 0.5 * SLAB[2], 1e-5);
+        if (i == 2) {
+            dug = 2;
+            assert_topples(&s);
+            end_field(&s);
+        } else {
+            end(&s);
+        }
+        if (data) dGeomTriMeshDataDestroy(data);
+    }
+}
+
 int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_comes_out_of_a_shape_that_grows),
         cmocka_unit_test(test_slides_on_a_plane_that_tilts),
+        cmocka_unit_test(test_topples_where_the_ground_is_dug_away),
+        cmocka_unit_test(test_topples_where_contacts_are_filtered),
+        cmocka_unit_test(test_lies_on_points_that_flicker), /* last: it changes ODE's colliders */
     };
     int failed = cmocka_run_group_tests_name("changed shapes", tests, NULL, NULL);
     dCloseODE();
