@@ -107,7 +107,8 @@
     VOID(world_destroy, dWorldDestroy, (dWorldID world), (world))                                                      \
     VOID(geom_destroy, dGeomDestroy, (dGeomID geom), (geom))                                                           \
     VOID(space_destroy, dSpaceDestroy, (dSpaceID space), (space))                                                      \
-    VOID(space_clean, dSpaceClean, (dSpaceID space), (space))
+    VOID(space_clean, dSpaceClean, (dSpaceID space), (space))                                                          \
+    VOID(geom_trimesh_set_data, dGeomTriMeshSetData, (dGeomID mesh, dTriMeshDataID data), (mesh, data))
 
 /* Older forms of calls in the first table, which the layer makes of those: it never calls them in ODE. */
 #define PINCH_DROPIN_OLDER_CALLS(VOID)                                                                                 \

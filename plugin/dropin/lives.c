@@ -1,4 +1,4 @@
-/* What the layer does when joints, groups, geoms, spaces and worlds come and go. */
+/* What the layer does when joints, groups, geoms, spaces and worlds come and go, and meshes change. */
 #define PINCH_DROPIN_NO_MACROS
 
 #include "dropin/registry.h"
@@ -156,4 +156,26 @@ void pinch_layer_space_clean(dSpaceID space)
 {
     forget_space(space);
     pinch_layer_own()->ode_space_clean(space);
+}
+
+/* Has a geom's spaces look at it anew, as where it has moved. */
+static void put_where_it_is(dGeomID geom)
+{
+    dBodyID body = dGeomGetBody(geom);
+    const dReal *x = dGeomGetPosition(geom);
+    if (body)
+        dGeomSetBody(geom, body); /* keeps the last bits of an offset */
+    else
+        dGeomSetPosition(geom, x[0], x[1], x[2]);
+}
+
+/*
+ * A space looks at the geoms first in its list up to the first that has not moved. ODE says of a mesh with other data
+ * that it has moved, and leaves it where it is in the list: there it is found only where all geoms before it move, as
+ * the bodies on it do in ODE's step, but not while they are at rest. ODE ends the program where a space then meets it.
+ */
+void pinch_layer_geom_trimesh_set_data(dGeomID mesh, dTriMeshDataID data)
+{
+    put_where_it_is(mesh);
+    pinch_layer_own()->ode_geom_trimesh_set_data(mesh, data);
 }
