@@ -133,9 +133,33 @@ void pinch_layer_geom_destroy(dGeomID geom)
     pinch_layer_own()->ode_geom_destroy(geom);
 }
 
+/* Tells whether a space takes a geom with it, by itself or with spaces in it. */
+static bool takes_along(dSpaceID space, dGeomID geom)
+{
+    dSpaceID parent = dGeomGetSpace(geom);
+    while (parent && parent != space && dSpaceGetCleanup(parent)) parent = dGeomGetSpace((dGeomID)parent);
+    return parent == space;
+}
+
+/* A quadtree space does not list its geoms. All that there are tell where they are. */
+static void forget_quadtree(dSpaceID space)
+{
+    pinch_layer_state *state = pinch_layer_lock();
+    for (int i = 0; i < state->registry.geoms.entries.count; i++) {
+        const pinch_key_entry *noted = &state->registry.geoms.entries.items[i];
+        dGeomID geom = (dGeomID)(uintptr_t)noted->key;
+        if (noted->value == 1 && takes_along(space, geom)) forget_geom(&state->registry, geom);
+    }
+    pinch_layer_unlock();
+}
+
 /* Forgets the geoms that a space takes with it. */
 static void forget_space(dSpaceID space)
 {
+    if (dSpaceGetClass(space) == dQuadTreeSpaceClass) {
+        forget_quadtree(space);
+        return;
+    }
     int count = dSpaceGetNumGeoms(space);
     for (int i = 0; i < count; i++) {
         dGeomID geom = dSpaceGetGeom(space, i);

@@ -69,8 +69,8 @@ static void hundreds_of_limits_add_up(void **state)
 static void meshes_may_change_below_what_rests(void **state)
 {
     (void)state;
-    static char *const kinds[] = {"0", "1", "2"}, *const carriers[] = {"0", "1"};
-    for (int i = 0; i < 6; i++) {
+    static char *const kinds[] = {"0", "1", "2", "3"}, *const carriers[] = {"0", "1"};
+    for (int i = 0; i < 8; i++) {
         exec_run r = run((char *[]){"remeshed", "--kind", kinds[i / 2], "--carrier", carriers[i % 2], NULL});
         assert_close(exec_number(r.line, "lifted"), 0.1, 1e-5);
         assert_close(exec_number(r.line, "landed"), 0.1, 1e-5);
