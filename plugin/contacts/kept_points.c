@@ -187,25 +187,37 @@ void pinch_kept_points_init(pinch_kept_points *kept, const pinch_contact_store *
     kept->again = PINCH_NOT_ASKED_AGAIN;
 }
 
-bool pinch_geoms_bear(void *context, const pinch_manifold_point *point, double slack)
+/* Returns false where the calling thread cannot ask ODE. */
+static bool begin_asking(void)
 {
     static once_flag once = ONCE_FLAG_INIT;
-    pinch_kept_points *kept = context;
-    if (!may_be_asked(kept->pair->id[0]) || !may_be_asked(kept->pair->id[1])) return true;
     call_once(&once, begin);
+    if (!dAllocateODEDataForThread(dAllocateMaskAll)) return false; /* what meshes need */
     mtx_lock(&asking);
-    bool asked = dAllocateODEDataForThread(dAllocateMaskAll) != 0; /* otherwise meshes cannot be asked here */
-    bool bear = !asked || !is_found_again(kept) || (!is_taken_away(kept, point) && is_there(kept, point, slack));
+    return true;
+}
+
+static void end_asking(void)
+{
     mtx_unlock(&asking);
+}
+
+bool pinch_geoms_bear(void *context, const pinch_manifold_point *point, double slack)
+{
+    pinch_kept_points *kept = context;
+    if (!may_be_asked(kept->pair->id[0]) || !may_be_asked(kept->pair->id[1]) || !begin_asking()) return true;
+    bool bear = !is_found_again(kept) || (!is_taken_away(kept, point) && is_there(kept, point, slack));
+    end_asking();
     return bear;
 }
 
-uint8_t pinch_points_to_watch(const pinch_pair *pair, const pinch_manifold *points,
+uint8_t pinch_points_to_watch(const pinch_kept_points *kept, const pinch_manifold *points,
                               const pinch_detected_point *detected, int count)
 {
     _Static_assert(PINCH_MANIFOLD_POINTS <= 8, "a byte has a bit for each point");
     bool changes = false;
-    for (int side = 0; side < 2; side++) changes |= pair->id[side] && is_surface(dGeomGetClass(pair->id[side]));
+    if (kept->again != PINCH_FOUND_AGAIN) return 0;
+    for (int side = 0; side < 2; side++) changes |= is_surface(dGeomGetClass(kept->pair->id[side]));
     if (!changes) return 0;
     unsigned watched = (1u << points->count) - 1;
     for (int i = 0; i < count; i++)
@@ -213,14 +225,17 @@ uint8_t pinch_points_to_watch(const pinch_pair *pair, const pinch_manifold *poin
     return (uint8_t)watched;
 }
 
-bool pinch_geoms_bear_watched(pinch_kept_points *kept)
+bool pinch_watched_points_stay(const pinch_kept_points *kept)
 {
     const pinch_manifold *points = &kept->pair->manifold;
     unsigned watched = kept->pair->watched;
     double slack = 0;
     for (int k = 0; k < points->count; k++)
         if (!(watched >> k & 1) && points->point[k].depth > slack) slack = points->point[k].depth;
-    for (int k = 0; k < points->count; k++)
-        if ((watched >> k & 1) && !pinch_geoms_bear(kept, &points->point[k], slack)) return false;
-    return true;
+    if (!begin_asking()) return true;
+    bool stay = true;
+    for (int k = 0; k < points->count && stay; k++)
+        stay = !(watched >> k & 1) || is_there(kept, &points->point[k], slack);
+    end_asking();
+    return stay;
 }

@@ -42,9 +42,9 @@ bool pinch_geoms_bear(void *kept, const pinch_manifold_point *point, double slac
  * the pair would seem unchanged. So such points are watched. Returns the bits of those among `points` that are not
  * among the detected ones.
  */
-uint8_t pinch_points_to_watch(const pinch_pair *pair, const pinch_manifold *points,
+uint8_t pinch_points_to_watch(const pinch_kept_points *kept, const pinch_manifold *points,
                               const pinch_detected_point *detected, int count);
-/* Tells whether the geoms still bear the points of a pair that are watched. */
-bool pinch_geoms_bear_watched(pinch_kept_points *kept);
+/* Tells whether the watched points of a pair are still there whose contacts are those of the last step. */
+bool pinch_watched_points_stay(const pinch_kept_points *kept);
 
 #endif

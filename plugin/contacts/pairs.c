@@ -281,7 +281,7 @@ static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
     if (updated.count > 0) memcpy(point, pair->manifold.point, (size_t)updated.count * sizeof *point);
     pinch_manifold_update(&updated, pose, detected, count, &rules);
     tell_places(store, pair, detected, count);
-    pair->watched = pinch_points_to_watch(pair, &updated, detected, count);
+    pair->watched = pinch_points_to_watch(&kept, &updated, detected, count);
     bool grows = updated.count > pair->room ||
                  !(pair->has_material || keeps_own_laws(store, &pair->manifold, &updated, detected, count));
     if (!grows && pair->has_material) return store_points(store, pair, &updated);
@@ -309,7 +309,7 @@ static bool watched_points_stay(const update_task *task, const pinch_pair *pair)
                                 pinch_side_pose(pair->id[1], pair->body[1])};
     pinch_kept_points_init(&kept, task->store, pair, pose,
                            task->settings->merge_distance * pinch_pair_size(task->store, pair));
-    return pinch_geoms_bear_watched(&kept);
+    return pinch_watched_points_stay(&kept);
 }
 
 enum { AHEAD = 6 };
