@@ -3,8 +3,7 @@
 
 #include "force/force_system.h"
 #include "solvers/methods.h"
-#include "step/sticking.h"
-#include "step/validate.h"
+#include "step/stages.h"
 #include "velocity/velocity_system.h"
 #include "verify/step_check.h"
 

@@ -11,7 +11,7 @@
  * none. What holds then holds by the laws as they are: the step is solved from these forces, which are its answer, and
  * taken where fewer contacts let go in it.
  */
-#include "step/sticking.h"
+#include "step/stages.h"
 
 #include "support/extremes.h"
 

@@ -1,4 +1,4 @@
-#include "step/validate.h"
+#include "step/stages.h"
 
 #include "support/lanes.h"
 #include "support/loop.h"

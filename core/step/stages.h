@@ -1,12 +1,16 @@
-/* Of several answers of one step, the one in which contacts go on sticking. */
-#ifndef PINCH_STEP_STICKING_H
-#define PINCH_STEP_STICKING_H
+/* What comes before and after the solve of a step. */
+#ifndef PINCH_STEP_STAGES_H
+#define PINCH_STEP_STAGES_H
 
 #include "support/arena.h"
 
 #include <pinch/problem.h>
 
-/* What a step began with. */
+/* validate.c: is every number of the problem in the range that problem.h documents? NaN and infinities end here. */
+bool pinch_problem_valid(const pinch_problem *problem);
+
+/* sticking.c, from here on: of several answers of one step, the one in which contacts go on sticking. What a step began
+ * with: */
 typedef struct pinch_sticking {
     pinch_contact *contacts; /* as they were; NULL: none presses, or it is not asked for */
     double *row_forces;
