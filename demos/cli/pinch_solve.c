@@ -158,8 +158,8 @@ static void print_fingers(const solution *x, FILE *stream)
                    "depth um", "slip um", "margin");
     for (int i = 0; i < x->grasp.finger_count; i++) {
         const pinch_finger_result *f = &x->finger_results[i];
-        char margin[16] = "-";
-        if (isfinite(f->slip_margin)) snprintf(margin, sizeof margin, "%.4f", f->slip_margin);
+        char margin[SOLVE_MARGIN_LENGTH];
+        solve_write_margin(f->slip_margin, margin);
         terminal_print(stream, "  %-12s %-6s %12.6g %12.6g %12.6g %12.6g %9s\n", x->s->fingers[i].name,
                        pinch_contact_state_text(f->state), f->r[0], scene_norm(f->tangential_force),
                        1e6 * depth_of(x, i), 1e6 * scene_norm(f->slip), margin);
@@ -198,6 +198,15 @@ static void print_directions(const grasp_directions *d, FILE *stream)
     }
 }
 
+void solve_write_margin(double margin, char text[SOLVE_MARGIN_LENGTH])
+{
+    static const double SHOWS = 5e-5; /* less is 0.0000 */
+    if (!isfinite(margin))
+        snprintf(text, SOLVE_MARGIN_LENGTH, "-");
+    else
+        snprintf(text, SOLVE_MARGIN_LENGTH, "%.4f", fabs(margin) < SHOWS ? 0 : margin);
+}
+
 static void print_limits(const solution *x, FILE *stream)
 {
     const pinch_static_limit *friction = &x->limits.smallest_friction, *load = &x->limits.largest_load_factor;
@@ -222,9 +231,10 @@ static void print_limits(const solution *x, FILE *stream)
 /* With which factors a grasp that does not hold would. */
 static void print_remedies(const solution *x, FILE *stream)
 {
+    static const double LITTLE = 1e-6; /* less is no load: it is what the search leaves open */
     const double friction = x->limits.smallest_friction.holds, load = x->limits.largest_load_factor.holds;
     if (isfinite(friction)) terminal_print(stream, "  it would hold with %.6g of its friction\n", friction);
-    if (isfinite(load) && load > 0.0) terminal_print(stream, "  it would hold %.6g of its load\n", load);
+    if (isfinite(load) && load > LITTLE) terminal_print(stream, "  it would hold %.6g of its load\n", load);
     if (isfinite(x->least_closing.holds))
         terminal_print(stream, "  it would hold with %.6g of its grip (closing and normal forces of all fingers)\n",
                        x->least_closing.holds);

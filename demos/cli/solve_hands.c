@@ -116,8 +116,8 @@ static void print_tables(const scene *s, double moment, const hand_statics *x, F
                    "margin");
     for (int i = 0; i < x->finger_count; i++) {
         const hand_static_finger *f = &x->fingers[i];
-        char margin[16] = "-";
-        if (isfinite(f->slip_margin)) snprintf(margin, sizeof margin, "%.4f", f->slip_margin);
+        char margin[SOLVE_MARGIN_LENGTH];
+        solve_write_margin(f->slip_margin, margin);
         terminal_print(stream, "  %-16s %-6s %6d %12.6g %12.6g %9s\n", f->name, pinch_contact_state_text(f->state),
                        f->points, f->normal_force, scene_norm(f->tangential_force), margin);
     }
