@@ -198,15 +198,6 @@ static void print_directions(const grasp_directions *d, FILE *stream)
     }
 }
 
-void solve_write_margin(double margin, char text[SOLVE_MARGIN_LENGTH])
-{
-    static const double SHOWS = 5e-5; /* less is 0.0000 */
-    if (!isfinite(margin))
-        snprintf(text, SOLVE_MARGIN_LENGTH, "-");
-    else
-        snprintf(text, SOLVE_MARGIN_LENGTH, "%.4f", fabs(margin) < SHOWS ? 0 : margin);
-}
-
 static void print_limits(const solution *x, FILE *stream)
 {
     const pinch_static_limit *friction = &x->limits.smallest_friction, *load = &x->limits.largest_load_factor;

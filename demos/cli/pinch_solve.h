@@ -9,7 +9,7 @@
  * come by then. NAN: no time was asked for. */
 command_status solve_with_hands(const options *o, const scene *s, double moment);
 
-/* Writes a slip margin as tables show it: a hyphen where there is none, and a zero without a sign. */
+/* solve_hands.c: writes a slip margin as tables show it: a hyphen where there is none, and a zero without a sign. */
 enum { SOLVE_MARGIN_LENGTH = 16 };
 void solve_write_margin(double margin, char text[SOLVE_MARGIN_LENGTH]);
 

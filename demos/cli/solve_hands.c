@@ -100,6 +100,15 @@ static void print_joints(const scene *s, const hand_statics *x, FILE *stream)
     }
 }
 
+void solve_write_margin(double margin, char text[SOLVE_MARGIN_LENGTH])
+{
+    static const double SHOWS = 5e-5; /* less is 0.0000 */
+    if (!isfinite(margin))
+        snprintf(text, SOLVE_MARGIN_LENGTH, "-");
+    else
+        snprintf(text, SOLVE_MARGIN_LENGTH, "%.4f", fabs(margin) < SHOWS ? 0 : margin);
+}
+
 static void print_tables(const scene *s, double moment, const hand_statics *x, FILE *stream)
 {
     if (x->status == HAND_STATICS_INFEASIBLE) {
