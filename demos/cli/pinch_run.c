@@ -38,6 +38,20 @@ static void print_motion_in_hand(const simulation_result *r, FILE *stream)
                    number_for_people("%.3g", m->creep, n[1]), number_for_people("%.3g", m->creep_angular, n[2]));
 }
 
+static void print_energy(const world *w, FILE *stream)
+{
+    static const double MUCH = 0.05; /* of all work */
+    const energy_ledger *l = &w->ledger;
+    char n[4][48];
+    terminal_print(stream, "\n  energy: closes to %s J of %s J of work; %s J lost to friction, %s J to the time step",
+                   number_for_people("%.2g", l->closure, n[0]), number_for_people("%.3g", l->work_size, n[1]),
+                   number_for_people("%.3g", l->friction, n[2]), number_for_people("%.3g", l->integrator, n[3]));
+    if (l->integrator < -MUCH * l->work_size)
+        terminal_print(
+            stream, "\n  steps of %g s have put %.3g J in, as bodies meet contacts too deep; shorter ones put in less",
+            w->scene->step, -l->integrator);
+}
+
 static void print_table(const world *w, const simulation_result *r, FILE *stream)
 {
     pinch_ode_stats stats = stats_of(w);
@@ -85,11 +99,7 @@ static void print_table(const world *w, const simulation_result *r, FILE *stream
         terminal_print(stream, "\n  solved by Newton's steps %ld times, by greedy projections %ld, along a flow %ld%s",
                        stats.islands_by_newton, stats.islands_by_projections, stats.islands_by_flow,
                        stats.islands_by_lcp ? ", as a complementarity problem in the other steps" : "");
-    if (w->plugin)
-        terminal_print(
-            stream, "\n  energy: closes to %s J of %s J of work; %s J lost to friction, %s J to the time step",
-            number_for_people("%.2g", w->ledger.closure, n[0]), number_for_people("%.3g", w->ledger.work_size, n[1]),
-            number_for_people("%.3g", w->ledger.friction, n[2]), number_for_people("%.3g", w->ledger.integrator, n[3]));
+    if (w->plugin) print_energy(w, stream);
     terminal_print(stream, "\n  cost a step: %s us, and %s us for collision detection\n",
                    number_for_people("%.2f", world_us_a_step(w, w->step_s), n[0]),
                    number_for_people("%.2f", world_us_a_step(w, w->collide_s), n[1]));

@@ -258,6 +258,32 @@ static void test_overlap_of_tips_is_remarked(void **state)
     }
 }
 
+/* A box that is thrown at a stiff floor in steps that are much too long gets energy from them. The table says so. */
+static void test_energy_of_long_steps_is_remarked(void **state)
+{
+    (void)state;
+    static const char thrown[] =
+        "{\"format\": \"pinch-scene/1\", \"gravity\": [0, 0, 0], \"object\": {\"shape\": {\"type\": \"box\", \"size\": "
+        "[0.06, 0.06, 0.06]}, \"mass\": 0.1}, \"fingers\": [{\"point\": [0.01, 0, -0.03], \"normal\": [0, 0, 1], "
+        "\"model\": \"hard\", \"stiffness\": {\"normal\": 1e5}, \"damping\": {\"normal\": 500, \"tangential\": 500}, "
+        "\"friction\": 0.5}], \"schedule\": [{\"time\": 0, \"force\": [0.2, 0, 2]}, {\"time\": 0.05, \"force\": [0.2, "
+        "0, "
+        "2]}, {\"time\": 0.05, \"force\": [0, 0, 0], \"gravity\": [0, 0, -9.81]}], \"simulation\": {\"duration\": 1, "
+        "\"step\": %s}}";
+    static const char *const steps[] = {"0.01", "0.0001"};
+    for (int fine = 0; fine < 2; fine++) {
+        char text[1024], *folder = program_make_folder();
+        snprintf(text, sizeof text, thrown, steps[fine]);
+        free(program_write_file(folder, "thrown.json", text));
+        program_result r = PINCH(folder, "run", "thrown.json");
+        assert_int_equal(r.status, 0);
+        assert_int_equal(strstr(r.out, "steps of 0.01 s have put ") != NULL, !fine);
+        assert_int_equal(strstr(r.out, " s have put ") != NULL, !fine);
+        program_free(&r);
+        program_remove_folder(folder);
+    }
+}
+
 /* Dropping what was held is a result: status 0 and an event; so is crushing. */
 static void test_events(void **state)
 {
@@ -454,6 +480,7 @@ int main(void)
         cmocka_unit_test(test_left_behind),
         cmocka_unit_test(test_overlap_is_remarked),
         cmocka_unit_test(test_overlap_of_tips_is_remarked),
+        cmocka_unit_test(test_energy_of_long_steps_is_remarked),
         cmocka_unit_test(test_events),
         cmocka_unit_test(test_unconverged_is_reported),
         cmocka_unit_test(test_solved_by_is_told),
