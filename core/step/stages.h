@@ -19,7 +19,8 @@ typedef struct pinch_sticking {
 /* Notes what a solve changes. Returns false when memory ran out. */
 bool pinch_note_start(pinch_arena *arena, const pinch_problem *problem, pinch_sticking *start);
 
-/* The number of contacts that stick by the forces of the last step, and do not in the answer that the problem has. */
+/* How many contacts stick by the forces of the last step and do not in the answer that the problem has, and how many
+ * press by these forces and are open in it. */
 int pinch_contacts_let_go(const pinch_sticking *start, const pinch_problem *problem);
 
 /* A solve, as pinch_step_solve does it but for this search. by_forces: the forces are the first unknowns, if they can
@@ -30,11 +31,11 @@ typedef pinch_status pinch_sticking_solve(pinch_step_solver *solver, pinch_probl
 
 /*
  * Looks for an answer in which fewer contacts have let go than in the one that the problem and result have. Both are
- * replaced by it where there is one, and stay as they are otherwise. The count of iterations includes the search.
- * Returns PINCH_OUT_OF_MEMORY, or PINCH_OK.
+ * replaced by it where there is one, and stay as they are otherwise, also for want of memory. What the result counts
+ * includes the search.
  */
-pinch_status pinch_go_on_sticking(pinch_arena *arena, const pinch_sticking *start, pinch_sticking_solve *solve,
-                                  pinch_step_solver *solver, pinch_problem *problem,
-                                  const pinch_solver_settings *settings, pinch_step_result *result);
+void pinch_go_on_sticking(pinch_arena *arena, const pinch_sticking *start, pinch_sticking_solve *solve,
+                          pinch_step_solver *solver, pinch_problem *problem, const pinch_solver_settings *settings,
+                          pinch_step_result *result);
 
 #endif

@@ -6,10 +6,10 @@
  * h^2 k / m of it in forces, which may be hundreds of times the grip.
  *
  * Bodies follow the answer that continues the last step: as long as what sticks can go on sticking, nothing makes it
- * slip. So where contacts let go in an answer, the step is solved once more with those that stuck held by friction
- * without a limit. Contacts whose forces are beyond their limits then are given their friction back, until there are
- * none. What holds then holds by the laws as they are: the step is solved from these forces, which are its answer, and
- * taken where fewer contacts let go in it.
+ * slip. So where contacts let go in an answer, or open, the step is solved once more with those that stuck held by
+ * friction without a limit, and the others with limits as they were. Held contacts whose forces are beyond their limits
+ * are let go, and given limits follow the normal forces, until neither changes. What is found then holds by the laws as
+ * they are, or nearly so: the step is solved from these forces, and its answer is taken where fewer contacts let go.
  */
 #include "step/stages.h"
 
@@ -35,11 +35,10 @@ static void give_limit(double normal, double *friction, double *limit)
     *friction = 0;
 }
 
-/* Gives friction the limits that it had at the last normal force (Tresca's friction), for which an answer is nearly
- * unique. Infinite friction has no other. */
-static void give_limits(pinch_contact *c)
+/* Gives friction the limits that it has at a normal force (Tresca's friction), for which an answer is nearly unique.
+ * Infinite friction has no other. */
+static void give_limits(double normal, pinch_contact *c)
 {
-    double normal = c->force[0];
     if (!(normal > 0) || c->model == PINCH_CONTACT_FRICTIONLESS) return;
     for (int i = 0; i < 2; i++) give_limit(normal, &c->friction[i], &c->friction_limit[i]);
     give_limit(normal, &c->torsional_friction, &c->friction_limit[2]);
@@ -112,8 +111,18 @@ int pinch_contacts_let_go(const pinch_sticking *start, const pinch_problem *prob
         pinch_contact_state state = problem->contacts[k].state;
         bool holds = state == PINCH_CONTACT_STICK || state == PINCH_CONTACT_YIELD;
         count += !holds && sticks(&start->contacts[k], problem->faces);
+        count += state == PINCH_CONTACT_OPEN && start->contacts[k].force[0] > 0;
     }
     return count;
+}
+
+/* Adds what a solve has taken. */
+static void count(const pinch_step_result *of, pinch_step_result *sum)
+{
+    sum->solve.iterations += of->solve.iterations;
+    sum->solve.newton_steps += of->solve.newton_steps;
+    sum->solve.projections += of->solve.projections;
+    sum->work += of->work;
 }
 
 /* A search for such an answer. */
@@ -123,8 +132,9 @@ typedef struct search {
     pinch_step_solver *solver;
     pinch_problem *problem;
     const pinch_solver_settings *settings;
-    bool *held; /* per contact */
-    int iterations;
+    bool *held;     /* per contact */
+    double *normal; /* per contact, N: what the limits of those that are not held follow */
+    pinch_step_result spent;
 } search;
 
 /* Puts back what a solve has changed. Contacts that are held get friction without a limit, the others given limits. */
@@ -136,26 +146,46 @@ static void begin_again(search *s)
         if (s->held[k])
             hold(&problem->contacts[k]);
         else
-            give_limits(&problem->contacts[k]);
+            give_limits(s->normal[k], &problem->contacts[k]);
     }
     for (int j = 0; j < problem->row_count; j++) problem->rows[j].force = s->start->row_forces[j];
 }
 
-/* Gives contacts their friction back whose forces are beyond its limits. Returns how many there were, and how many are
- * held still. */
-static int let_go_beyond_limits(search *s, int *still)
+/* Lets go of held contacts whose forces are beyond their limits. Tells whether there were any. */
+static bool let_go_beyond_limits(search *s)
 {
     static const double BEYOND = 1 + 1e-12;
-    int count = 0;
-    *still = 0;
+    bool any = false;
     for (int k = 0; k < s->problem->contact_count; k++) {
         const pinch_contact *c = &s->problem->contacts[k];
         if (!s->held[k]) continue;
         s->held[k] = !(c->force[0] > 0 && reach_of(c, &s->start->contacts[k], s->problem->faces) > BEYOND);
-        count += !s->held[k];
-        *still += s->held[k];
+        any = any || !s->held[k];
     }
-    return count;
+    return any;
+}
+
+/* Has given limits follow the normal forces. Tells whether one changed by much. */
+static bool follow_limits(search *s)
+{
+    static const double MUCH = 1e-3;
+    bool any = false;
+    for (int k = 0; k < s->problem->contact_count; k++) {
+        double normal = s->problem->contacts[k].force[0];
+        any = any || (!s->held[k] && fabs(normal - s->normal[k]) > MUCH * s->normal[k]);
+        s->normal[k] = normal;
+    }
+    return any;
+}
+
+/* Solves once. A search that is worth it takes few steps. */
+static pinch_status solve_briefly(search *s, pinch_solver_settings settings, bool by_forces, pinch_step_result *result)
+{
+    enum { MOST_STEPS = 60 };
+    if (settings.max_iterations > MOST_STEPS) settings.max_iterations = MOST_STEPS;
+    pinch_status status = s->solve(s->solver, s->problem, &settings, by_forces, result);
+    count(result, &s->spent);
+    return status;
 }
 
 /* Solves with contacts that are held. The forces are the unknowns: a small change of load moves them little, whatever
@@ -167,12 +197,10 @@ static pinch_status solve_held(search *s, pinch_step_result *result)
     pinch_problem as_it_was = *problem;
     settings.solver = PINCH_SOLVER_NEWTON;
     problem->faces = 0;
-    problem->memory = NULL; /* it keeps what the next step may use */
     problem->keep_trial = true;
     begin_again(s);
-    pinch_status status = s->solve(s->solver, problem, &settings, true, result);
+    pinch_status status = solve_briefly(s, settings, true, result);
     *problem = as_it_was;
-    s->iterations += result->solve.iterations;
     return status;
 }
 
@@ -182,17 +210,19 @@ static bool will_do(const pinch_step_result *result)
     return result->solve.status == PINCH_SOLVE_CONVERGED || result->solve.status == PINCH_SOLVE_UNVERIFIED;
 }
 
-/* Finds forces within all limits with which contacts that are held stick. *found tells whether there are some. */
+/* Finds forces with which contacts that are held stick within their limits. *found tells whether there are some. */
 static pinch_status find_forces(search *s, bool *found)
 {
-    enum { ROUNDS = 4 };
+    enum { ROUNDS = 6 };
     *found = false;
-    for (int round = 0, still = 1; round < ROUNDS && still > 0 && !*found; round++) {
+    bool moves = true;
+    for (int round = 0; round < ROUNDS && moves; round++) {
         pinch_step_result result;
         pinch_status status = solve_held(s, &result);
         if (status == PINCH_OUT_OF_MEMORY) return status;
         if (status != PINCH_OK || !will_do(&result)) return PINCH_OK;
-        *found = let_go_beyond_limits(s, &still) == 0;
+        *found = !let_go_beyond_limits(s);
+        moves = follow_limits(s) || !*found;
     }
     return PINCH_OK;
 }
@@ -207,9 +237,7 @@ static pinch_status solve_from_forces(search *s, pinch_step_result *result)
         memcpy(c->force, from.force, sizeof c->force);
         memcpy(c->rolling_moment, from.rolling_moment, sizeof c->rolling_moment);
     }
-    pinch_status status = s->solve(s->solver, problem, s->settings, false, result);
-    s->iterations += result->solve.iterations;
-    return status;
+    return solve_briefly(s, *s->settings, false, result);
 }
 
 /* An answer put aside. */
@@ -238,27 +266,35 @@ static void put_back(const kept_answer *kept, pinch_problem *p)
     if (p->row_count > 0) memcpy(p->rows, kept->rows, sizeof *p->rows * (size_t)p->row_count);
 }
 
-pinch_status pinch_go_on_sticking(pinch_arena *arena, const pinch_sticking *start, pinch_sticking_solve *solve,
-                                  pinch_step_solver *solver, pinch_problem *problem,
-                                  const pinch_solver_settings *settings, pinch_step_result *result)
+void pinch_go_on_sticking(pinch_arena *arena, const pinch_sticking *start, pinch_sticking_solve *solve,
+                          pinch_step_solver *solver, pinch_problem *problem, const pinch_solver_settings *settings,
+                          pinch_step_result *result)
 {
-    search s = {start, solve, solver, problem, settings, PINCH_ARENA_ARRAY(arena, bool, problem->contact_count), 0};
+    search s = {.start = start, .solve = solve, .solver = solver, .problem = problem, .settings = settings};
+    s.held = PINCH_ARENA_ARRAY(arena, bool, problem->contact_count);
+    s.normal = PINCH_ARENA_ARRAY(arena, double, problem->contact_count);
     kept_answer kept;
     pinch_step_result other;
     bool found;
     int let_go = pinch_contacts_let_go(start, problem);
-    if (arena->failed || !keep(arena, problem, &kept)) return PINCH_OUT_OF_MEMORY;
-    for (int k = 0; k < problem->contact_count; k++) s.held[k] = sticks(&start->contacts[k], problem->faces);
+    if (arena->failed || !keep(arena, problem, &kept)) return;
+    for (int k = 0; k < problem->contact_count; k++) {
+        s.held[k] = sticks(&start->contacts[k], problem->faces);
+        s.normal[k] = start->contacts[k].force[0];
+    }
+    pinch_step_memory *memory = problem->memory;
+    problem->memory = NULL; /* it keeps what the first solve has left for the next step */
     pinch_status status = find_forces(&s, &found);
     if (status == PINCH_OK && found) status = solve_from_forces(&s, &other);
-    if (status == PINCH_OUT_OF_MEMORY) return status;
-    bool better = found && status == PINCH_OK && other.solve.status == PINCH_SOLVE_CONVERGED &&
-                  pinch_contacts_let_go(start, problem) < let_go;
-    s.iterations += result->solve.iterations;
-    if (better)
+    problem->memory = memory;
+    count(result, &s.spent);
+    if (status == PINCH_OK && found && other.solve.status == PINCH_SOLVE_CONVERGED &&
+        pinch_contacts_let_go(start, problem) < let_go)
         *result = other;
     else
         put_back(&kept, problem);
-    result->solve.iterations = s.iterations;
-    return PINCH_OK;
+    result->solve.iterations = s.spent.solve.iterations;
+    result->solve.newton_steps = s.spent.solve.newton_steps;
+    result->solve.projections = s.spent.solve.projections;
+    result->work = s.spent.work;
 }

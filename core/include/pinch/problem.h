@@ -96,7 +96,10 @@ typedef struct pinch_contact {
                            * Where it becomes smaller, the elastic state shrinks with it: the force stays. */
     double rolling_elastic[2], rolling_elastic_end[2]; /* rad about tangent1, tangent2: in, out */
     double rolling_moment[2];                          /* N m about tangent1, tangent2, on body 1: warm start and out */
-    double force[4]; /* in: warm start; out: r = normal, tangential 1 and 2 (N), torsional (N m), on body 1 */
+    /* in: the forces of the last step, from which a solve begins and which say what stuck: of several answers of a step
+     * the one in which that goes on sticking is taken; 0 for none. out: r = normal, tangential 1 and 2 (N), torsional
+     * (N m), on body 1 */
+    double force[4];
     double relative_velocity[4]; /* out: w = G v+ + surface_velocity, m/s, rad/s about the normal */
     double elastic_end[3];       /* out: e+, theta+ */
     double slip[3];              /* out: slip increment of the step, m, m, rad; exactly 0 while sticking, but along a

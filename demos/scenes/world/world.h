@@ -250,7 +250,7 @@ typedef struct world_overlap {
     double depth;
 } world_overlap;
 
-/* The deepest of all but those of a tip with what it grasps. False where nothing touches. */
+/* The deepest of all but those of a finger's tip with something else than a tip. False where nothing touches. */
 bool world_deepest_overlap(const world *w, world_overlap *deepest);
 
 /* energy.c: called before and after the step that world_advance makes. */
