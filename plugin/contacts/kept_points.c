@@ -35,11 +35,12 @@ static bool is_surface(int class)
     return class == dTriMeshClass || class == dHeightfieldClass;
 }
 
-/* Classes of a program's own are not asked: what their colliders do besides is not known. */
+/* Classes of a program's own and meshes that call a program are not asked: what these calls do besides is not known. */
 static bool may_be_asked(dGeomID geom)
 {
     if (!geom) return false;
     int class = dGeomGetClass(geom);
+    if (class == dTriMeshClass && (dGeomTriMeshGetCallback(geom) || dGeomTriMeshGetArrayCallback(geom))) return false;
     return class == pinch_tip_class() ||
            (class < dFirstSpaceClass && class != dRayClass && class != dGeomTransformClass);
 }

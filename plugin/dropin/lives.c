@@ -109,6 +109,19 @@ static void forget_geom(pinch_registry *registry, dGeomID geom)
     }
 }
 
+/* Forgets a geom and what ODE frees with it. ODE deprecates transforms, but programs still have them. */
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+static void forget_geoms_of(pinch_registry *registry, dGeomID geom)
+{
+    if (dGeomGetClass(geom) == dGeomTransformClass && dGeomTransformGetCleanup(geom)) {
+        dGeomID inner = dGeomTransformGetGeom(geom);
+        if (inner) forget_geom(registry, inner);
+    }
+    forget_geom(registry, geom);
+}
+#pragma GCC diagnostic pop
+
 static dGeomID note_geom(dGeomID geom)
 {
     if (!geom) return NULL;
@@ -128,44 +141,22 @@ PINCH_DROPIN_GEOM_CALLS(CREATE_GEOM)
 void pinch_layer_geom_destroy(dGeomID geom)
 {
     pinch_layer_state *state = pinch_layer_lock();
-    forget_geom(&state->registry, geom);
+    forget_geoms_of(&state->registry, geom);
     pinch_layer_unlock();
     pinch_layer_own()->ode_geom_destroy(geom);
 }
 
-/* Tells whether a space takes a geom with it, by itself or with spaces in it. */
-static bool takes_along(dSpaceID space, dGeomID geom)
-{
-    dSpaceID parent = dGeomGetSpace(geom);
-    while (parent && parent != space && dSpaceGetCleanup(parent)) parent = dGeomGetSpace((dGeomID)parent);
-    return parent == space;
-}
-
-/* A quadtree space does not list its geoms. All that there are tell where they are. */
-static void forget_quadtree(dSpaceID space)
-{
-    pinch_layer_state *state = pinch_layer_lock();
-    for (int i = 0; i < state->registry.geoms.entries.count; i++) {
-        const pinch_key_entry *noted = &state->registry.geoms.entries.items[i];
-        dGeomID geom = (dGeomID)(uintptr_t)noted->key;
-        if (noted->value == 1 && takes_along(space, geom)) forget_geom(&state->registry, geom);
-    }
-    pinch_layer_unlock();
-}
-
-/* Forgets the geoms that a space takes with it. */
+/* Forgets the geoms that a space takes with it. A quadtree space does not list its geoms, and what is noted of them
+ * stays: to ask all that there are would touch some that ODE has freed by itself. */
 static void forget_space(dSpaceID space)
 {
-    if (dSpaceGetClass(space) == dQuadTreeSpaceClass) {
-        forget_quadtree(space);
-        return;
-    }
+    if (dSpaceGetClass(space) == dQuadTreeSpaceClass) return;
     int count = dSpaceGetNumGeoms(space);
     for (int i = 0; i < count; i++) {
         dGeomID geom = dSpaceGetGeom(space, i);
         if (dGeomIsSpace(geom) && dSpaceGetCleanup((dSpaceID)geom)) forget_space((dSpaceID)geom);
         pinch_layer_state *state = pinch_layer_lock();
-        forget_geom(&state->registry, geom);
+        forget_geoms_of(&state->registry, geom);
         pinch_layer_unlock();
     }
 }
