@@ -31,11 +31,11 @@ typedef pinch_status pinch_sticking_solve(pinch_step_solver *solver, pinch_probl
 
 /*
  * Looks for an answer in which fewer contacts have let go than in the one that the problem and result have. Both are
- * replaced by it where there is one, and stay as they are otherwise, also for want of memory. What the result counts
- * includes the search.
+ * replaced by it where there is one, and stay as they are otherwise. What the result counts includes the search.
+ * Returns PINCH_OUT_OF_MEMORY, as another answer than with memory must not pass for it, or PINCH_OK.
  */
-void pinch_go_on_sticking(pinch_arena *arena, const pinch_sticking *start, pinch_sticking_solve *solve,
-                          pinch_step_solver *solver, pinch_problem *problem, const pinch_solver_settings *settings,
-                          pinch_step_result *result);
+pinch_status pinch_go_on_sticking(pinch_arena *arena, const pinch_sticking *start, pinch_sticking_solve *solve,
+                                  pinch_step_solver *solver, pinch_problem *problem,
+                                  const pinch_solver_settings *settings, pinch_step_result *result);
 
 #endif

@@ -468,7 +468,6 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
     if (!pinch_note_start(&solver->beside, problem, &start)) return PINCH_OUT_OF_MEMORY;
     pinch_status status = solve_step(solver, problem, settings, false, result);
     bool answered = status == PINCH_OK && result->solve.status == PINCH_SOLVE_CONVERGED;
-    if (answered && pinch_contacts_let_go(&start, problem) > 0)
-        pinch_go_on_sticking(&solver->beside, &start, solve_step, solver, problem, settings, result);
-    return status;
+    if (!answered || pinch_contacts_let_go(&start, problem) == 0) return status;
+    return pinch_go_on_sticking(&solver->beside, &start, solve_step, solver, problem, settings, result);
 }

@@ -266,9 +266,9 @@ static void put_back(const kept_answer *kept, pinch_problem *p)
     if (p->row_count > 0) memcpy(p->rows, kept->rows, sizeof *p->rows * (size_t)p->row_count);
 }
 
-void pinch_go_on_sticking(pinch_arena *arena, const pinch_sticking *start, pinch_sticking_solve *solve,
-                          pinch_step_solver *solver, pinch_problem *problem, const pinch_solver_settings *settings,
-                          pinch_step_result *result)
+pinch_status pinch_go_on_sticking(pinch_arena *arena, const pinch_sticking *start, pinch_sticking_solve *solve,
+                                  pinch_step_solver *solver, pinch_problem *problem,
+                                  const pinch_solver_settings *settings, pinch_step_result *result)
 {
     search s = {.start = start, .solve = solve, .solver = solver, .problem = problem, .settings = settings};
     s.held = PINCH_ARENA_ARRAY(arena, bool, problem->contact_count);
@@ -277,7 +277,7 @@ void pinch_go_on_sticking(pinch_arena *arena, const pinch_sticking *start, pinch
     pinch_step_result other;
     bool found;
     int let_go = pinch_contacts_let_go(start, problem);
-    if (arena->failed || !keep(arena, problem, &kept)) return;
+    if (arena->failed || !keep(arena, problem, &kept)) return PINCH_OUT_OF_MEMORY;
     for (int k = 0; k < problem->contact_count; k++) {
         s.held[k] = sticks(&start->contacts[k], problem->faces);
         s.normal[k] = start->contacts[k].force[0];
@@ -297,4 +297,5 @@ void pinch_go_on_sticking(pinch_arena *arena, const pinch_sticking *start, pinch
     result->solve.newton_steps = s.spent.solve.newton_steps;
     result->solve.projections = s.spent.solve.projections;
     result->work = s.spent.work;
+    return status == PINCH_OUT_OF_MEMORY ? status : PINCH_OK;
 }
