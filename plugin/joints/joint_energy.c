@@ -239,13 +239,16 @@ double pinch_work_of_closing(const pinch_joint_store *store, const pinch_island_
                              const pinch_problem *problem, bool jammed)
 {
     if (rows_contradict(problem)) return 0;
-    loads all = loads_of(problem);
+    bool known = false;
+    loads all = {0};
     double lever, work = 0;
     for (int k = 0; k < joints->range.count; k++) {
         const pinch_step_joint *joint = pinch_island_joint(store, joints, k);
         const pinch_joint_row *row = problem->rows + joint->rows.first;
         for (int i = 0; i < joint->rows.count; i++) {
             if (fabs(joint->closing[i]) < LITTLE_ASKED_FOR) continue;
+            if (!known) all = loads_of(problem); /* most steps have nothing to close */
+            known = true;
             double force = load_along(&all, &row[i], &lever);
             if (!jammed) force = fmax(fabs(row[i].force), force);
             work += problem->step * force * fabs(joint->closing[i]);

@@ -249,6 +249,10 @@ PINCH_API void pinch_step_solver_trim(pinch_step_solver *solver, size_t least);
  * cone, with one-sided joint rows or with massless drives; PINCH_OUT_OF_MEMORY. Allocates only while an island is
  * larger than all before it (or all since scratch was given back); Lemke and PGS, which are there for reference,
  * allocate their matrices in every solve.
+ *
+ * Where contacts let go that stuck by the forces of the last step, up to seven further solves of at most 60 iterations
+ * look for an answer in which they go on sticking: the result counts theirs, too, beyond max_iterations, and `progress`
+ * begins anew with each.
  */
 PINCH_API pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
                                         const pinch_solver_settings *settings, pinch_step_result *result);
