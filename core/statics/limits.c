@@ -109,6 +109,48 @@ static void guess_from(question *q, double factor, double part)
     q->where = factor;
 }
 
+static verdict ask(question *q, double factor);
+
+/* Is the guess where the path that has just failed let the object go, rather than an estimate? */
+static bool guess_is_exact(const question *q)
+{
+    for (int i = 0; i < q->grasp->finger_count && q->subject == GRIP; i++)
+        if (isfinite(q->grasp->fingers[i].max_force)) return false;
+    return q->subject != FRICTION;
+}
+
+static const double ASIDE = 0.4 * PRECISION; /* of a guess: how far from it factors are tried */
+
+/* The factors next to the guess, on the side that holds and on the other. */
+static double near_good(const question *q)
+{
+    return q->subject == LOAD ? q->guess / (1.0 + ASIDE) : q->guess * (1.0 + ASIDE);
+}
+
+static double near_bad(const question *q)
+{
+    return q->subject == LOAD ? q->guess * (1.0 + ASIDE) : q->guess / (1.0 + ASIDE);
+}
+
+/*
+ * An object that a path has let go may come to rest elsewhere if the load stops growing meanwhile. So a path to a
+ * smaller load may end well beyond the load at which one to a larger load ends. The reserve is what the object is held
+ * with in either case: the search goes on about the load where it was let go.
+ */
+static void heed_escape(question *q)
+{
+    static const double NEAR = 0.05;
+    bool beyond = q->subject == LOAD ? q->guess < (1.0 - NEAR) * q->good : (1.0 - NEAR) * q->guess > q->good;
+    if (!guess_is_exact(q) || !beyond) return;
+    double good = q->good, bad = q->bad, fails = q->fails;
+    q->good = NAN;
+    q->bad = q->fails = near_bad(q);
+    if (ask(q, near_good(q)) == HOLDS || ask(q, q->subject == LOAD ? 0.0 : 2.0 * q->guess) == HOLDS) return;
+    q->good = good;
+    q->bad = bad;
+    q->fails = fails;
+}
+
 /* Asks about the factor and narrows the bracket. */
 static verdict ask(question *q, double factor)
 {
@@ -121,6 +163,7 @@ static verdict ask(question *q, double factor)
     q->bad = factor;
     if (answer == FAILS) q->fails = factor;
     if (part > 0.0) guess_from(q, factor, part);
+    if (answer == FAILS && part > 0.0) heed_escape(q);
     return answer;
 }
 
@@ -141,15 +184,12 @@ static bool is_between(double x, double a, double b)
 static void narrow(question *q)
 {
     enum { MOST = 200 }; /* a limit at next to nothing has no relative precision to come to */
-    const double aside = 0.4 * PRECISION;
     for (int i = 0; i < MOST && q->work > 0 && !within(q->good, q->bad); i++) {
-        double toward_good = q->good > q->bad ? 1.0 + aside : 1.0 - aside;
-        double near_good = q->guess * toward_good, near_bad = q->guess / toward_good;
         double next = 0.5 * (q->good + q->bad);
-        if (i % 3 < 2 && is_between(near_good, q->good, q->bad))
-            next = near_good;
-        else if (i % 3 < 2 && is_between(near_bad, q->good, q->bad))
-            next = near_bad;
+        if (i % 3 < 2 && is_between(near_good(q), q->good, q->bad))
+            next = near_good(q);
+        else if (i % 3 < 2 && is_between(near_bad(q), q->good, q->bad))
+            next = near_bad(q);
         ask(q, next);
     }
 }

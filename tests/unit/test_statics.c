@@ -99,6 +99,63 @@ static void check_limits(const test_grasp *g, const pinch_statics_settings *sett
     assert_true(grip.fails < grip.holds && grip.fails >= (1.0 - 2e-6) / load);
 }
 
+/* Five fingers on a box of 29 kg that lets go of one equilibrium when the load has grown by 42 %, and is caught in
+ * another one if it stops growing soon after, or has grown far beyond. */
+static void make_letting_go(test_grasp *g)
+{
+    static const double POINT[5][3] = {{-0.0120749, -0.01809904, -0.01529249},
+                                       {0.0120749, 0.01809904, 0.01529249},
+                                       {-0.00990931, 0.01734996, 0.00231873},
+                                       {-0.00586098, -0.01779209, -0.01172888},
+                                       {-0.0202002, 0.00257348, 0.01192068}};
+    static const double SIDE[5] = {-1, 1, 1, -1, 1}, NORMAL[3] = {0.39090867, -0.67726871, -0.62329568};
+    static const double STIFFNESS[5][3] = {{19.858e6, 10.668e6, 10868.6},
+                                           {29.937e6, 14.874e6, 3945.5},
+                                           {11.532e6, 11.816e6, 0},
+                                           {7.459e6, 9.796e6, 4736.6},
+                                           {31.482e6, 15.111e6, 0}};
+    static const double CLOSING[5] = {1.37726e-5, 1.00264e-5, 3.55614e-5, 5.99726e-5, 1.39951e-5};
+    static const double FRICTION[5] = {0.57215, 1.16755, 0.69553, 1.2774, 1.07166};
+    static const double TORSIONAL[5] = {0.00281088, 0.00302564, 0, 0.00704533, 0};
+    *g = (test_grasp){.grasp = {.finger_count = 5,
+                                .fingers = g->fingers,
+                                .wrench = {173.8755, -273.2516, 116.3943, -0.391845, -0.458898, 0.705697},
+                                .radius = 0.0369}};
+    for (int i = 0; i < 5; i++) {
+        pinch_finger *f = &g->fingers[i];
+        f->model = STIFFNESS[i][2] > 0 ? PINCH_CONTACT_SOFT : PINCH_CONTACT_HARD;
+        f->friction = FRICTION[i];
+        f->torsional_friction = TORSIONAL[i];
+        f->closing = CLOSING[i];
+        f->max_force = INFINITY;
+        memcpy(f->point, POINT[i], sizeof f->point);
+        memcpy(f->stiffness, STIFFNESS[i], sizeof f->stiffness);
+        grasp_set_normal(f, SIDE[i] * NORMAL[0], SIDE[i] * NORMAL[1], SIDE[i] * NORMAL[2]);
+    }
+}
+
+/* The largest load is the one at which paths to all larger ones let go. */
+static void the_largest_load_is_one_that_may_grow_no_further(void **state)
+{
+    (void)state;
+    test_grasp g;
+    make_letting_go(&g);
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    pinch_static_limits limits;
+    pinch_static_limit grip;
+    pinch_finger_result f[GRASP_MAX_FINGERS];
+    assert_int_equal(pinch_statics_limits(statics, &g.grasp, &settings, &limits), PINCH_OK);
+    assert_int_equal(pinch_statics_least_closing(statics, &g.grasp, &settings, &grip), PINCH_OK);
+    double load = limits.largest_load_factor.holds;
+    assert_int_equal(limits.largest_load_factor.status, PINCH_SOLVE_CONVERGED);
+    assert_close(load, 1.42, 0.005);
+    assert_close(grip.holds * load, 1.0, 1e-3); /* forces scale with grip and wrench together */
+    for (int j = 0; j < 6; j++) g.grasp.wrench[j] *= 800.0;
+    pinch_statics_result r = solve(&g, &settings, f);
+    assert_int_equal(r.solve.status, PINCH_SOLVE_UNSTABLE);
+    assert_close(800.0 * r.load_fraction, load, 1e-3 * load);
+}
+
 static void least_closing_of(const test_grasp *g, double holds, double fails)
 {
     pinch_statics_settings settings = pinch_default_statics_settings();
@@ -497,6 +554,7 @@ int main(void)
         cmocka_unit_test(a_huge_grip_hides_no_load),
         cmocka_unit_test(a_pinched_ball_sinks_by_weight_over_stiffness),
         cmocka_unit_test(the_limits_of_a_pinch_are_coulomb_s),
+        cmocka_unit_test(the_largest_load_is_one_that_may_grow_no_further),
         cmocka_unit_test(the_least_grip_of_a_pinch),
         cmocka_unit_test(torsion_ends_at_mu_tau_times_the_squeeze),
         cmocka_unit_test(an_overloaded_pinch_is_infeasible_only_where_nothing_could_hold_it),

@@ -162,8 +162,10 @@ typedef struct pinch_static_limits {
  * Finds how much is in reserve: with which factors the same solve still converges. It closes in on the limit between a
  * factor that holds and one that does not. `holds` is NaN without friction, where no factor on friction up to 1000
  * holds, and where closing alone fails; it is 0 with fails NaN where no friction is needed, and INFINITY with fails NaN
- * where the load may grow beyond 1e6. fails is NaN as well where nothing was seen to fail. Costs ten to forty solves,
- * and at most a second or two per limit. The work is counted, not timed: the same grasp gives the same bits.
+ * where the load may grow beyond 1e6. fails is NaN as well where nothing was seen to fail. A load that grows on may let
+ * go of an object that comes to rest elsewhere if the load stops there; the largest load is then the one where it is
+ * let go. Costs ten to forty solves, and at most a second or two per limit. The work is counted, not timed: the same
+ * grasp gives the same bits.
  *
  * Status as pinch_statics_solve; PINCH_UNSUPPORTED where that solves a complementarity problem.
  */
@@ -174,11 +176,11 @@ PINCH_API pinch_status pinch_statics_limits(pinch_statics *statics, const pinch_
  * Finds the least grip that still holds: the smallest common factor, 0 to 1e6, on `closing` and `normal_force` of all
  * fingers, with friction and wrench unchanged. What a finger then closes or presses by is the factor times its own
  * closing or normal force. Each factor is tried by the same path as pinch_statics_limits tries its own; where no
- * finger has a max_force, the least grip is 1/largest_load_factor. `holds` is 0 with fails NaN where the wrench is
- * carried without any grip, and NaN where no finger closes or presses, or where neither 1 nor any of 2, 4, 8, ... up to
- * 1e6 holds. Where the factors that hold make several intervals, it is the end of the one that was found. Costs and
- * returns as pinch_statics_limits does for one of its limits. For the least grip by direction, call it with each wrench
- * in turn.
+ * finger has a max_force and the wrench is not carried without grip, the least grip is 1/largest_load_factor. `holds`
+ * is 0 with fails NaN where the wrench is carried without any grip, and NaN where no finger closes or presses, or where
+ * neither 1 nor any of 2, 4, 8, ... up to 1e6 holds. Where the factors that hold make several intervals, it is the end
+ * of the one that was found. Costs and returns as pinch_statics_limits does for one of its limits. For the least grip
+ * by direction, call it with each wrench in turn.
  */
 PINCH_API pinch_status pinch_statics_least_closing(pinch_statics *statics, const pinch_grasp *grasp,
                                                    const pinch_statics_settings *settings, pinch_static_limit *least);
