@@ -76,16 +76,18 @@ typedef struct pinch_pair {
     uint8_t watched;    /* a bit for each of its points that is kept on a mesh or height field: see kept_points.h */
     int geom[2];        /* records */
     pinch_manifold manifold;
-    int room;                /* points there is room for in the manifold's block */
-    int island;              /* of this step */
-    int points_when_built;   /* points it had when the islands were built */
-    int first_result;        /* of its points in the list of results */
-    int first_in_island;     /* of its points among its island's contacts */
-    bool overlaps_deeply;    /* its bodies are in each other rather than in touch: see island_contacts.c */
-    double approach_depth;   /* how deep its bodies have come into each other by their own motion within a step, m; no
-                              * more than they are now */
-    pinch_pose_motion posed; /* where its points have laws of their own */
-    double turned[3];        /* rad: how far body 0 turned against body 1 in the last step */
+    int room;              /* points there is room for in the manifold's block */
+    int island;            /* of this step */
+    int points_when_built; /* points it had when the islands were built */
+    int first_result;      /* of its points in the list of results */
+    int first_in_island;   /* of its points among its island's contacts */
+    bool overlaps_deeply;  /* its bodies are in each other rather than in touch: see island_contacts.c */
+    double approach_depth; /* how deep its bodies have come into each other by their own motion within a step, m; no
+                            * more than they are now */
+    /* m: by how much its bodies have come into each other of late, the less the longer ago; as the last step left it */
+    double recent_approach, recent_approach_before;
+    pinch_pose_motion posed;        /* where its points have laws of their own */
+    double turned[3];               /* rad: how far body 0 turned against body 1 in the last step */
     double slip_total, twist_total; /* m, rad: paths slipped and twisted since its points began to press */
 } pinch_pair;
 

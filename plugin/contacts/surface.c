@@ -28,10 +28,11 @@ static const double INSIDE = 1;
  * pace of that depth. erp depth/h would shoot them: a depth of 0.2 m in steps of 2 ms is 20 m/s. Nor do they come apart
  * faster than takes them out against gravity: the shorter the step, the higher they would hop. Contacts that are soft
  * by their own parameters (their compliance is no small part of what inertia gives them in a step) are meant to be
- * deep. So deep as bodies have come by their own motion within a step, they may come out at ODE's pace: it is erp times
- * the speed that they came with, and no energy is gained. And what the program moves into a body step by step by its
- * pose, without a velocity, as a geom whose pose is set, does not go through it: where that is faster than half the
- * pace of deep bodies, the contact comes apart as fast at least.
+ * deep. So deep as bodies have come by their own motion of late, they may come out at ODE's pace: after a single step
+ * it is erp times the speed that they came with, and no energy is gained; after many it is twice that speed at most.
+ * And what the program moves into a body step by step by its pose, without a velocity, as a geom whose pose is set,
+ * does not go through it: where that is faster than half the pace of deep bodies, the contact comes apart as fast at
+ * least.
  *
  * In steps of LONG_STEP seconds the part of the size is slow enough, and in shorter ones as fast: jams come apart, and
  * small weights are no reason to stay. Without weight there is no height to hop to.
@@ -150,6 +151,23 @@ static double target_velocity(const pinch_surface *s, dWorldID world, double pus
 }
 
 /*
+ * Adds what the bodies come in by in a step, at their velocities before it. A body on a curved path does so in each
+ * step, along a tangent of the path: a ball in a bowl, and a disc that rolls on its rim. By erp alone what came in some
+ * steps ago would have gone by the time that it is forgotten, and bodies would come apart as fast as they came in. A
+ * disc that rocks needs twice that: pushed on one side, it turns and comes in on the other. What has come in within
+ * this step alone, or comes apart again, is on no such path.
+ */
+static void add_approach(pinch_surface_conditions *conditions, double h, double erp, double depth)
+{
+    static const double FORGOTTEN = 0.5; /* in a step, of erp */
+    double in_step = not_negative(-h * conditions->approach);
+    double still = (1 - FORGOTTEN * erp) * conditions->recent_approach;
+    conditions->recent_approach = fmin(still + in_step, depth);
+    double at_a_time = in_step > 0 ? fmax(in_step, still) : 0;
+    conditions->approach_depth = fmin(fmax(conditions->approach_depth, at_a_time), depth);
+}
+
+/*
  * Returns the depth (m) at the pace of which bodies that are so deep in each other come apart. What the contact's own
  * compliance gives way to the force that it bears comes back at twice that pace at least: joints may put more weight on
  * a light body than its mass tells, and it would sink for good.
@@ -229,6 +247,7 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
 
     double layer = dWorldGetContactSurfaceLayer(world);
     if (c->depth > 0) c->depth = not_negative(c->depth - layer);
+    add_approach(conditions, h, erp, c->depth);
     double pressed_in = c->depth, push_out = erp * c->depth / h;
     if (cfm < STIFF * h * conditions->mobility && pressed_in > conditions->approach_depth)
         pressed_in = fmin(pressed_in, deepest_in(context, conditions, erp, cfm, pressed_in));

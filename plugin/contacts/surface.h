@@ -22,7 +22,9 @@ typedef struct pinch_surface_conditions {
     double size;            /* of the smaller geom, m */
     double stands_for;      /* how many such contacts the contact stands for */
     double approach;        /* velocity along the normal now, m/s, negative when approaching */
-    double approach_depth;  /* how deep the bodies have come in by their own motion within a step, m */
+    double
+        recent_approach; /* by how much the bodies had come in by their own motion of late, m; out: and in this step */
+    double approach_depth; /* how deep they had come in by it at a time, m; out: and have now */
     double pose_speed; /* at which the program moves the bodies into each other by their poses, m/s, >= 0; out: 0 where
                         * the overlap that this makes is parted at its own pace soon enough */
     double force;      /* of the contact along the normal in the last step, N */

@@ -76,10 +76,10 @@ typedef struct pair_law {
     const pinch_material *material; /* NULL: the points have surface parameters of their own */
     double part;                    /* of the fingertip's stiffness, for each point of its manifold */
     double share; /* how much of the overlap lies between geom[0]'s surface and the contact; the points lie half way */
-    double mobility;       /* where there is no material: sum of the bodies' inverse masses, 1/kg */
-    double size;           /* likewise: of the smaller geom, m */
-    double deepest;        /* likewise: the depth of its deepest point, m */
-    double approach_depth; /* out: the most of all points */
+    double mobility;                        /* where there is no material: sum of the bodies' inverse masses, 1/kg */
+    double size;                            /* likewise: of the smaller geom, m */
+    double deepest;                         /* likewise: the depth of its deepest point, m */
+    double approach_depth, recent_approach; /* out: the most of all points */
 } pair_law;
 
 static bool has_plane(const pinch_pair *pair)
@@ -152,16 +152,13 @@ static double parting_velocity(const pinch_pair *pair, const double *position, c
  * in one direction. Between two bodies that move by themselves overlaps jump more often, and only what the program has
  * moved counts: the centres are not where the last step has left them.
  */
-static void estimate_pose_speed(const pinch_step_context *context, pinch_pair *pair, double size)
+static void estimate_pose_speed(const pinch_step_context *context, pinch_pair *pair,
+                                const pinch_manifold_point *deepest, double size)
 {
     static const double LEAST_WAY = 1e-4; /* of the size: turning bodies and rounding lead by less */
     static const double STEADY = 0.5, SAME_WAY = 0.95;
     enum { MOST_STEPS = 32 }; /* from one way to the next */
-    const pinch_manifold_point *deepest = &pair->manifold.point[0];
     pinch_pose_motion *posed = &pair->posed;
-    if (posed->seen_step == context->number) return;
-    for (int k = 1; k < pair->manifold.count; k++)
-        if (pair->manifold.point[k].depth > deepest->depth) deepest = &pair->manifold.point[k];
     bool may_be_posed = pair->buffered_before > 0 && deepest->depth > LEAST_WAY * size &&
                         pinch_v3_dot(deepest->normal, posed->seen_normal) > SAME_WAY;
     double way = 0;
@@ -186,10 +183,26 @@ static void estimate_pose_speed(const pinch_step_context *context, pinch_pair *p
     posed->apart = pinch_pair_apart(pair); /* and so it stays where the island sleeps on */
 }
 
-/* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. Returns
- * how deep the point has come in by the bodies' own motion within a step. */
-static double apply_surface(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
-                            const pair_law *law, const pinch_manifold_point *point, pinch_contact *c)
+/*
+ * Looks, once in a step, at how the overlap of a pair goes on. What its bodies have come in by is forgotten where the
+ * overlap points another way: a path turns little by little, and in a jam each way out leads into the next overlap.
+ */
+static void follow_overlap(const pinch_step_context *context, pinch_pair *pair, double size)
+{
+    static const double NEARLY_SAME_WAY = 0.8;
+    const pinch_manifold_point *deepest = &pair->manifold.point[0];
+    if (pair->posed.seen_step == context->number) return;
+    for (int k = 1; k < pair->manifold.count; k++)
+        if (pair->manifold.point[k].depth > deepest->depth) deepest = &pair->manifold.point[k];
+    bool goes_on =
+        pair->buffered_before > 0 && pinch_v3_dot(deepest->normal, pair->posed.seen_normal) > NEARLY_SAME_WAY;
+    pair->recent_approach_before = goes_on ? pair->recent_approach : 0;
+    estimate_pose_speed(context, pair, deepest, size);
+}
+
+/* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. */
+static void apply_surface(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
+                          pair_law *law, const pinch_manifold_point *point, pinch_contact *c)
 {
     pinch_own_law *own = point->own;
     double approach = parting_velocity(pair, point->position, c->normal);
@@ -199,7 +212,8 @@ static double apply_surface(const pinch_step_context *context, const pinch_conta
         .size = law->size,
         .stands_for = own->stands_for,
         .approach = approach,
-        .approach_depth = fmin(c->depth, fmax(pair->approach_depth, -context->h * approach)),
+        .recent_approach = pair->recent_approach_before,
+        .approach_depth = pair->approach_depth,
         .pose_speed = pair->posed.speed,
         .force = point->normal_force,
     };
@@ -210,7 +224,8 @@ static double apply_surface(const pinch_step_context *context, const pinch_conta
     c->floor = own->floor;
     c->hold = own->hold;
     c->hold_span = own->hold_span;
-    return conditions.approach_depth;
+    law->approach_depth = fmax(law->approach_depth, conditions.approach_depth);
+    law->recent_approach = fmax(law->recent_approach, conditions.recent_approach);
 }
 
 static void fill_history(const pinch_manifold_point *point, const double *t2, pinch_contact *c)
@@ -257,7 +272,7 @@ static void fill_contact(const pinch_step_context *context, const pinch_contact_
         apply_material(law, point->slipping, c);
         choose_tangent(context, store, pair, c->normal, c->tangent1);
     } else {
-        law->approach_depth = fmax(law->approach_depth, apply_surface(context, store, pair, law, point, c));
+        apply_surface(context, store, pair, law, point, c);
     }
     double t2[3], linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
     pinch_v3_cross(c->normal, c->tangent1, t2);
@@ -295,11 +310,12 @@ static void fill_pairs(void *argument, int first, int end)
         pinch_prefetch_island_pairs(contacts, pairs, i, PINCH_READS_OWN_LAWS);
         pinch_material own;
         pair_law law = law_of_pair(contacts, pair, &own);
-        if (!pair->has_material) estimate_pose_speed(context, pair, law.size);
+        if (!pair->has_material) follow_overlap(context, pair, law.size);
         for (int k = 0; k < pair->manifold.count; k++)
             fill_contact(context, contacts, bodies, pair, &law, &pair->manifold.point[k],
                          &filled[pair->first_in_island + k]);
         pair->approach_depth = law.approach_depth;
+        pair->recent_approach = law.recent_approach;
         pair->overlaps_deeply = law.deepest > IN_EACH_OTHER * law.size && !has_plane(pair);
         if (pair->overlaps_deeply) atomic_store_explicit(&task->overlaps_deeply, true, memory_order_relaxed);
     }
