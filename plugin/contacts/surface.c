@@ -20,6 +20,10 @@ static const double NO_COMPLIANCE = 1e-9;
  */
 static const double UNLIMITED = 10;
 
+/* ODE's manual has bounces from 0 to 1. A larger one would give energy in each impact, which the account of what pushes
+ * give would take away again, and all of the bounce with it. */
+static const double ELASTIC = 1;
+
 /* The coefficient of friction without a limit between bodies that are in each other. */
 static const double INSIDE = 1;
 
@@ -123,7 +127,7 @@ bool pinch_surface_of(const dContact *contact, bool swapped, pinch_surface *s)
     s->erp = from->mode & dContactSoftERP ? from->soft_erp : NAN;
     s->cfm = from->mode & dContactSoftCFM ? from->soft_cfm : NAN;
     if (from->mode & dContactBounce && from->bounce_vel >= 0) {
-        s->bounce = from->bounce;
+        s->bounce = fmin(from->bounce, ELASTIC);
         s->bounce_velocity = from->bounce_vel;
     }
     if (from->mode & dContactMotionN) s->motion[0] = from->motionN;

@@ -322,6 +322,28 @@ static void test_bounce(void **state)
     arena_free(&a);
 }
 
+/* A bounce of more than 1, which ODE's manual does not have, is an elastic one. */
+static void test_no_bounce_is_more_than_elastic(void **state)
+{
+    (void)state;
+    static const double BOUNCES[] = {1, 1.001, 1.5};
+    double speeds[3];
+    for (int i = 0; i < 3; i++) {
+        arena a;
+        arena_make(&a, 0.001);
+        dWorldSetGravity(a.world, 0, 0, 0);
+        a.surface.mode |= dContactBounce;
+        a.surface.bounce = BOUNCES[i];
+        dBodyID ball = add_sphere(&a, 0.1, 1, 0.15);
+        dBodySetLinearVel(ball, 0, 0, -1);
+        arena_run(&a, 0.1);
+        speeds[i] = dBodyGetLinearVel(ball)[2];
+        arena_free(&a);
+    }
+    assert_true(fabs(speeds[0] - 1) < 1e-3);
+    assert_true(speeds[1] == speeds[0] && speeds[2] == speeds[0]);
+}
+
 /* A cube with contacts at random points, some of which contradict each other, turning and bouncing. */
 static void add_random_contacts(arena *a, pinch_random *random)
 {
@@ -532,6 +554,7 @@ int main(void)
         cmocka_unit_test(test_unlimited_friction_holds),
         cmocka_unit_test(test_conveyor),
         cmocka_unit_test(test_bounce),
+        cmocka_unit_test(test_no_bounce_is_more_than_elastic),
         cmocka_unit_test(test_bounces_give_no_energy),
         cmocka_unit_test(test_each_contact_has_its_own_surface),
         cmocka_unit_test(test_slip),

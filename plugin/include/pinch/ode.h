@@ -166,8 +166,8 @@ PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, cons
  * the manifold holds, those that span the others stand for all. g1 and g2 are geoms or NULL; where one is NULL, its
  * body takes its place in the pair, or the world. The contact's geometry is used, and where neither geom has a material
  * its surface parameters, which keep their meaning in ODE: soft ERP and CFM or the world's, mu as coefficient
- * (dContactApprox1: an ellipse where mu2 differs) or as a force, bounce, motion1/2/N, slip1/2 (those tangents give way
- * without a spring), rho, rho2 and rhoN. Other tangents get a spring in proportion to the normal one
+ * (dContactApprox1: an ellipse where mu2 differs) or as a force, bounce (1 at most), motion1/2/N, slip1/2 (those give
+ * way without a spring), rho, rho2 and rhoN. Other tangents get a spring in proportion to the normal one
  * (settings.tangential_ratio), so that what sticks does not creep. Infinite mu holds without a limit what pressed in
  * the last step; a contact that begins to press has 10 as its coefficient until then. As in ODE this is a row without a
  * limit, and mu as a force does not ask for a normal force either: the step in which a contact lifts off still drags.
@@ -183,9 +183,9 @@ PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, cons
  * takes no Newton steps, settings.faces is not 0 or a body is under force control. A malformed contact (not finite, a
  * normal whose length is not 1 to about 5e-4, twice the same body, no body that can move) is skipped and counted.
  * Contacts wait where all their bodies are disabled; bodies wake as in ODE. Those that are to be disabled by themselves
- * (dBodySetAutoDisableFlag) are so by ODE's thresholds, but all bodies that contacts and joints tie to each other in the
- * same step, by pinch_ode_solve; until then none of them is stopped. PINCH_INVALID_ARGUMENT: a NULL plugin or contact,
- * or a call between pinch_ode_solve and pinch_ode_advance.
+ * (dBodySetAutoDisableFlag) are so by ODE's thresholds, but all bodies that contacts and joints tie to each other in
+ * the same step, by pinch_ode_solve; until then none of them is stopped. PINCH_INVALID_ARGUMENT: a NULL plugin or
+ * contact, or a call between pinch_ode_solve and pinch_ode_advance.
  */
 PINCH_API pinch_status pinch_ode_add_contact(pinch_ode *plugin, const dContact *contact, dBodyID body1, dBodyID body2);
 
