@@ -159,15 +159,16 @@ static double target_velocity(const pinch_surface *s, dWorldID world, double pus
  * step, along a tangent of the path: a ball in a bowl, and a disc that rolls on its rim. By erp alone what came in some
  * steps ago would have gone by the time that it is forgotten, and bodies would come apart as fast as they came in. A
  * disc that rocks needs twice that: pushed on one side, it turns and comes in on the other. What has come in within
- * this step alone, or comes apart again, is on no such path.
+ * this step alone, or comes apart again, is on no such path, nor what gives way to its force, as in a jam.
  */
 static void add_approach(pinch_surface_conditions *conditions, double h, double erp, double depth)
 {
     static const double FORGOTTEN = 0.5; /* in a step, of erp */
     double in_step = not_negative(-h * conditions->approach);
+    double along_path = not_negative(in_step - h * conditions->gives_way);
     double still = (1 - FORGOTTEN * erp) * conditions->recent_approach;
-    conditions->recent_approach = fmin(still + in_step, depth);
-    double at_a_time = in_step > 0 ? fmax(in_step, still) : 0;
+    conditions->recent_approach = fmin(still + along_path, depth);
+    double at_a_time = along_path > 0 ? fmax(in_step, still) : in_step;
     conditions->approach_depth = fmin(fmax(conditions->approach_depth, at_a_time), depth);
 }
 

@@ -28,6 +28,7 @@ typedef struct pinch_surface_conditions {
     double pose_speed; /* at which the program moves the bodies into each other by their poses, m/s, >= 0; out: 0 where
                         * the overlap that this makes is parted at its own pace soon enough */
     double force;      /* of the contact along the normal in the last step, N */
+    double gives_way;  /* how fast its compliance let it come in under that force, m/s */
 } pinch_surface_conditions;
 
 /* Reads a contact's surface parameters. swapped: the pair's first geom is the contact's second. Returns false for

@@ -216,6 +216,7 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
         .approach_depth = pair->approach_depth,
         .pose_speed = pair->posed.speed,
         .force = point->normal_force,
+        .gives_way = own->compliance[0] * point->normal_force,
     };
     c->max_force = INFINITY;
     own->rebound = pinch_surface_apply(context, &store->surfaces.items[own->surface].surface, &conditions, c);
