@@ -172,8 +172,12 @@ static bool is_taken_away(const pinch_kept_points *kept, const pinch_manifold_po
 {
     double merge2 = kept->merge_distance * kept->merge_distance;
     for (int k = 0; k < kept->found_count; k++) {
-        double away2 = distance2(kept->found[k].pos, p->position);
-        if (away2 < merge2 && !is_handed_over(kept, kept->found[k].pos, away2)) return true;
+        double away[3];
+        const double *place = kept->found[k].pos;
+        pinch_v3_sub(place, p->position, away);
+        if (pinch_across2(away, p->normal, p->depth) < merge2 &&
+            !is_handed_over(kept, place, pinch_smaller(pinch_v3_dot(away, away), merge2)))
+            return true;
     }
     return false;
 }

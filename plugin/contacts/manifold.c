@@ -4,6 +4,7 @@
 
 #include "support/vec3.h"
 
+#include <math.h>
 #include <string.h>
 
 /*
@@ -150,16 +151,23 @@ static int drop_twins(const pinch_manifold *m, pinch_detected_point **detected, 
     return kept;
 }
 
-/* Gives each detected point the nearest known point that is still free. known_of[i] is -1 for a new one. */
-static void match(const pinch_manifold *m, pinch_detected_point *const *detected, int count, double merge_distance,
-                  int *known_of, bool *seen)
+/* Which detected points continue known ones. */
+typedef struct measure {
+    double (*distance2)(const pinch_manifold_point *known, const pinch_detected_point *detected); /* m^2 */
+    double within, deepest; /* how far and how deep they may be, m */
+} measure;
+
+/* Gives each detected point that has none, and is not too deep, the nearest known point that is still free.
+ * known_of[i] is -1 for a new one. */
+static void match_by(const measure *by, const pinch_manifold *m, pinch_detected_point *const *detected, int count,
+                     int *known_of, bool *seen)
 {
     for (int i = 0; i < count; i++) {
-        double best = merge_distance * merge_distance;
-        known_of[i] = -1;
+        double best = by->within * by->within;
+        if (known_of[i] >= 0 || detected[i]->depth > by->deepest) continue;
         for (int k = 0; k < m->count; k++) {
             if (seen[k]) continue;
-            double d2 = pinch_point_distance2(&m->point[k], detected[i]);
+            double d2 = by->distance2(&m->point[k], detected[i]);
             if (d2 <= best) {
                 best = d2;
                 known_of[i] = k;
@@ -167,6 +175,24 @@ static void match(const pinch_manifold *m, pinch_detected_point *const *detected
         }
         if (known_of[i] >= 0) seen[known_of[i]] = true;
     }
+}
+
+/*
+ * Finds the known point that each detected point continues. Those go first that are near in space: of two contacts one
+ * above the other, as at a shelf that is thinner than the overlap, each finds its own. What is left over may lie on the
+ * other of the two surfaces, farther away than the merge distance where soft bodies overlap deeply. Bodies that are
+ * still deeper in each other are jammed, and their overlaps point all ways: friction that goes on there winds up
+ * springs that throw them out.
+ */
+static void match(const pinch_manifold *m, pinch_detected_point *const *detected, int count, double merge_distance,
+                  int *known_of, bool *seen)
+{
+    static const double JAMMED = 3; /* merge distances: 0.15 of the smaller geom, a quarter of a cube's edge */
+    const measure near = {pinch_point_distance2, merge_distance, INFINITY};
+    const measure across = {pinch_point_distance2_across, merge_distance, JAMMED * merge_distance};
+    for (int i = 0; i < count; i++) known_of[i] = -1;
+    match_by(&near, m, detected, count, known_of, seen);
+    match_by(&across, m, detected, count, known_of, seen);
 }
 
 /* Tells whether the bodies have moved less than a distance against each other at every known point. */

@@ -182,17 +182,35 @@ void pinch_point_continue(pinch_manifold_point *p, const pinch_pose pose[2], con
     add_rolling(p, &from, rules->turned);
 }
 
-double pinch_point_distance2(const pinch_manifold_point *p, const pinch_detected_point *detected)
+double pinch_across2(const double *way, const double *normal, double overlap)
+{
+    double along = fabs(pinch_v3_dot(way, normal)), half = 0.5 * fmax(overlap, 0);
+    double counts = fmin(along, fmin(fabs(along - half), fabs(along - 2 * half)));
+    return fmax(pinch_v3_dot(way, way) - along * along, 0) + counts * counts;
+}
+
+/* Returns the smaller of the two anchors' squared ways, of which `overlap` along the normal does not count. */
+static double distance2(const pinch_manifold_point *p, const pinch_detected_point *detected, double overlap)
 {
     double best = DBL_MAX;
     if (pinch_on_other_face(p->normal, detected->normal)) return best;
     for (int side = 0; side < 2; side++) {
         double apart[3];
         pinch_v3_sub(detected->anchor[side], p->anchor[side], apart);
-        double d2 = pinch_v3_dot(apart, apart);
+        double d2 = overlap > 0 ? pinch_across2(apart, p->seen_normal[side], overlap) : pinch_v3_dot(apart, apart);
         if (d2 < best) best = d2;
     }
     return best;
+}
+
+double pinch_point_distance2(const pinch_manifold_point *p, const pinch_detected_point *detected)
+{
+    return distance2(p, detected, 0);
+}
+
+double pinch_point_distance2_across(const pinch_manifold_point *p, const pinch_detected_point *detected)
+{
+    return distance2(p, detected, fmax(p->depth, detected->depth));
 }
 
 static bool follow_anchors(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_manifold_rules *rules,

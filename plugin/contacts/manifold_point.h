@@ -113,4 +113,12 @@ bool pinch_point_lies_still(const pinch_manifold_point *p, const pinch_pose pose
  * a point may be fixed on either body and slide over the other. It is DBL_MAX where they are on different faces. */
 double pinch_point_distance2(const pinch_manifold_point *p, const pinch_detected_point *detected);
 
+/* Returns the squared length of a way (m^2) between two places of a contact. Colliders put points on either surface or
+ * half way between them, and may change their minds from step to step: half and all of the overlap (m) do not count
+ * where the way goes by them along the unit normal. */
+double pinch_across2(const double *way, const double *normal, double overlap);
+
+/* Returns what pinch_point_distance2 does, but measures the anchors' motions so. It is never more. */
+double pinch_point_distance2_across(const pinch_manifold_point *p, const pinch_detected_point *detected);
+
 #endif

@@ -488,6 +488,54 @@ static void twins_do_not_flicker(void **state)
     }
 }
 
+/* Bodies that overlap by more than the merge distance, and a collider that puts the points on either surface, half way
+ * between them, or each elsewhere: they are the known ones. Farther along the normal, or across it, they are not. */
+static void points_go_on_on_either_surface(void **state)
+{
+    (void)state;
+    const double depth = 2 * MERGE;
+    const double up[] = {0.5, -0.5, 0.5, 0, -0.5, 0.5}; /* in depths */
+    pinch_manifold_point points[2 * PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
+    placed a = placed_at(0, 0, 0.1), b = placed_at(0, 0, -0.1);
+    pinch_detected_point pool[2];
+    for (int step = 0; step < 6; step++) {
+        for (int i = 0; i < 2; i++) {
+            pool[i] = fresh_at(i ? -0.02 : 0.02, 0, (1 + 0.02 * step) * depth);
+            pool[i].position[2] = (step == 4 && i ? -up[step] : up[step]) * pool[i].depth;
+        }
+        update_all(&m, &a, &b, pool, 2, 0, 0, false);
+        assert_int_equal(m.count, 2);
+        for (int i = 0; i < 2 && step == 0; i++) m.point[i].elastic[1] = i ? 2e-6 : 1e-6;
+        for (int i = 0; i < 2; i++) assert_close(m.point[pool[i].point].elastic[1], i ? 2e-6 : 1e-6, 1e-20);
+    }
+    pool[0].position[2] += 2.1 * depth;
+    pool[1].position[0] += 1.1 * MERGE;
+    update_all(&m, &a, &b, pool, 2, 0, 0, false);
+    for (int i = 0; i < 2; i++) assert_close(m.point[pool[i].point].elastic[1], 0, 0);
+}
+
+/* Two contacts of one pair, one above the other by less than they are deep, as at a thin shelf: each is its own, in
+ * either order and when they have moved. */
+static void points_above_each_other_stay_apart(void **state)
+{
+    (void)state;
+    const double depth = 4 * MERGE;
+    pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
+    placed a = placed_at(0, 0, 0.1), b = placed_at(0, 0, -0.1);
+    for (int step = 0; step < 6; step++) {
+        pinch_detected_point pool[2] = {fresh_at(0, 0, depth), fresh_at(0, 0, depth)};
+        int upper = step % 2;
+        pool[upper].position[2] = 2 * MERGE;
+        for (int i = 0; i < 2; i++) pool[i].position[2] += 0.1 * MERGE * step;
+        update_all(&m, &a, &b, pool, 2, 0, 0, false);
+        assert_int_equal(m.count, 2);
+        for (int i = 0; i < 2 && step == 0; i++) m.point[pool[i].point].elastic[0] = i == upper ? 2e-6 : 1e-6;
+        for (int i = 0; i < 2; i++) assert_close(m.point[pool[i].point].elastic[0], i == upper ? 2e-6 : 1e-6, 1e-20);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -504,6 +552,8 @@ int main(void)
         cmocka_unit_test(points_of_bodies_at_rest_stay),
         cmocka_unit_test(points_between_others_do_not_flicker),
         cmocka_unit_test(twins_do_not_flicker),
+        cmocka_unit_test(points_go_on_on_either_surface),
+        cmocka_unit_test(points_above_each_other_stay_apart),
     };
     return cmocka_run_group_tests_name("manifold", tests, NULL, NULL);
 }
