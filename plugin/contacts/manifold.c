@@ -122,31 +122,38 @@ static bool is_known(const pinch_manifold *m, const pinch_detected_point *detect
     return false;
 }
 
+static void swap_points(pinch_detected_point *a, pinch_detected_point *b)
+{
+    if (a == b) return;
+    pinch_detected_point other = *a;
+    *a = *b;
+    *b = other;
+}
+
 /*
- * Where corners of two bodies lie on each other, rounding decides whether a collider returns one point or two. Each
+ * Where corners of two bodies lie on each other, rounding decides whether a collider returns one point or two, and
+ * where an edge goes into a face, whether it returns its end alone or also where it goes through the surface. Each
  * point with stiffness of its own carries a share of the load, which must not jump: of twins the deeper one counts. Two
- * that the manifold already has are twins at half the distance only, so that none comes and goes with every step.
+ * that the manifold already has are twins at half the distance only, so that none comes and goes with every step. Puts
+ * the others last, and returns how many are left.
  */
-static int drop_twins(const pinch_manifold *m, pinch_detected_point **detected, int count, double merge_distance)
+static int leave_out_twins(const pinch_manifold *m, pinch_detected_point *points, int count, double merge_distance)
 {
     static const double TWINS = 0.02; /* of the merge distance */
     double limit = TWINS * merge_distance;
     int kept = 0;
     for (int i = 0; i < count; i++) {
-        int twin = -1;
-        for (int k = 0; k < kept && twin < 0; k++) {
-            double d[3];
-            pinch_v3_sub(detected[i]->position, detected[k]->position, d);
-            double apart = pinch_v3_norm(d);
-            if (apart < limit && !pinch_on_other_face(detected[i]->normal, detected[k]->normal) &&
-                !(apart > 0.5 * limit && is_known(m, detected[i], 0.25 * limit) &&
-                  is_known(m, detected[k], 0.25 * limit)))
-                twin = k;
+        pinch_detected_point *point = &points[i], *twin = NULL;
+        for (int k = 0; k < kept && !twin; k++) {
+            double apart = pinch_detected_apart(point, &points[k]);
+            if (apart < limit &&
+                !(apart > 0.5 * limit && is_known(m, point, 0.25 * limit) && is_known(m, &points[k], 0.25 * limit)))
+                twin = &points[k];
         }
-        if (twin < 0)
-            detected[kept++] = detected[i];
-        else if (detected[i]->depth > detected[twin]->depth)
-            detected[twin] = detected[i];
+        if (twin && point->depth > twin->depth) swap_points(point, twin);
+        point->redundant = twin != NULL;
+        if (twin) continue;
+        swap_points(point, &points[kept++]);
     }
     return kept;
 }
@@ -157,23 +164,36 @@ typedef struct measure {
     double within, deepest; /* how far and how deep they may be, m */
 } measure;
 
-/* Gives each detected point that has none, and is not too deep, the nearest known point that is still free.
- * known_of[i] is -1 for a new one. */
+/*
+ * Gives detected points that have none, and are not too deep, known points that are still free, those that are nearest
+ * to each other first: a new one beside a known one would take its state before that one's own point comes. known_of[i]
+ * is -1 for a new one.
+ */
 static void match_by(const measure *by, const pinch_manifold *m, pinch_detected_point *const *detected, int count,
                      int *known_of, bool *seen)
 {
+    double d2[PINCH_MANIFOLD_POINTS][PINCH_MANIFOLD_POINTS];
+    bool waits[PINCH_MANIFOLD_POINTS];
     for (int i = 0; i < count; i++) {
+        waits[i] = known_of[i] < 0 && detected[i]->depth <= by->deepest;
+        for (int k = 0; k < m->count && waits[i]; k++) d2[i][k] = by->distance2(&m->point[k], detected[i]);
+    }
+    for (bool found = true; found;) {
         double best = by->within * by->within;
-        if (known_of[i] >= 0 || detected[i]->depth > by->deepest) continue;
-        for (int k = 0; k < m->count; k++) {
-            if (seen[k]) continue;
-            double d2 = by->distance2(&m->point[k], detected[i]);
-            if (d2 <= best) {
-                best = d2;
-                known_of[i] = k;
+        int first = -1, second = -1;
+        for (int i = 0; i < count; i++) {
+            for (int k = 0; k < m->count && waits[i]; k++) {
+                if (seen[k] || !(first < 0 ? d2[i][k] <= best : d2[i][k] < best)) continue;
+                best = d2[i][k];
+                first = i;
+                second = k;
             }
         }
-        if (known_of[i] >= 0) seen[known_of[i]] = true;
+        found = first >= 0;
+        if (!found) continue;
+        waits[first] = false;
+        known_of[first] = second;
+        seen[second] = true;
     }
 }
 
@@ -300,11 +320,11 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_de
         points[i].point = -1;
         pinch_point_anchor(pose, &points[i]);
     }
+    if (!rules->shared) count = leave_out_twins(m, points, count, rules->merge_distance);
     if (count > rules->most_points)
         count = pinch_reduce_points(m, rules->merge_distance, rules->most_points, points, count, detected);
     else
         for (int i = 0; i < count; i++) detected[i] = &points[i];
-    if (!rules->shared) count = drop_twins(m, detected, count, rules->merge_distance);
 
     int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
     bool seen[PINCH_MANIFOLD_POINTS] = {false}, stays[PINCH_MANIFOLD_POINTS];

@@ -189,6 +189,18 @@ double pinch_across2(const double *way, const double *normal, double overlap)
     return fmax(pinch_v3_dot(way, way) - along * along, 0) + counts * counts;
 }
 
+double pinch_detected_apart(const pinch_detected_point *a, const pinch_detected_point *b)
+{
+    static const double NEARLY = 0.05; /* of the depth */
+    const pinch_detected_point *deeper = a->depth > b->depth ? a : b;
+    double way[3], depth = deeper->depth;
+    if (pinch_on_other_face(a->normal, b->normal)) return DBL_MAX;
+    pinch_v3_sub(a->position, b->position, way);
+    double along = fabs(pinch_v3_dot(way, deeper->normal));
+    bool on_either = fabs(along - depth) < NEARLY * depth;
+    return sqrt(on_either ? pinch_across2(way, deeper->normal, along) : pinch_v3_dot(way, way));
+}
+
 /* Returns the smaller of the two anchors' squared ways, of which `overlap` along the normal does not count. */
 static double distance2(const pinch_manifold_point *p, const pinch_detected_point *detected, double overlap)
 {

@@ -18,6 +18,7 @@ typedef struct pinch_detected_point {
     bool on_ball;                  /* its place is a ball's, whatever the collider says */
     int buffered;                  /* index of the buffered contact it comes from */
     int point;                     /* out: its place in the manifold, -1 for none */
+    bool redundant;                /* out: another one is in its place, or it bears nothing beside deeper ones */
     double u[2], ahead, aside;     /* from here on scratch of reduction.c */
     int group, edge;
     bool kept;
@@ -105,6 +106,10 @@ static inline bool pinch_on_other_face(const double *a, const double *b)
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] < 0.5;
 }
+
+/* Returns how far (m) two detected points are apart. Of one place, colliders may return a point on either surface:
+ * across the normal these do not lie apart, but along it by the depth. DBL_MAX: they are on different faces. */
+double pinch_detected_apart(const pinch_detected_point *a, const pinch_detected_point *b);
 
 /* Tells whether the bodies have moved less than a distance (m) against each other at the point since the last step. */
 bool pinch_point_lies_still(const pinch_manifold_point *p, const pinch_pose pose[2], double distance);

@@ -117,18 +117,32 @@ static bool make_own_law(pinch_contact_store *store, pinch_manifold_point *point
 }
 
 /*
- * Gives every point the surface parameters that it was last handed over with. Each contact of ODE's is a spring of its
- * own. Where only some stay, they stand for the others.
+ * Each contact of ODE's is a spring of its own. Where only some stay, they stand for the others: returns for how many
+ * each. Redundant ones bear nothing of their own, and no other bears more for them, unless their friction is a force.
  */
+static double share_of(const pinch_surface *surface, const pinch_detected_point *detected, int count, int most)
+{
+    int kept = 0, bearing = 0;
+    bool all = pinch_surface_has_forces(surface);
+    for (int i = 0; i < count; i++) {
+        kept += detected[i].point >= 0;
+        bearing += all || !detected[i].redundant;
+    }
+    return bearing > most && kept > 0 ? (double)bearing / kept : 1;
+}
+
+/* Gives every point the surface parameters that it was last handed over with. */
 static bool store_own_laws(pinch_contact_store *store, pinch_pair *pair, const pinch_detected_point *detected,
                            int count, int most)
 {
-    int kept = 0;
-    for (int i = 0; i < count; i++) kept += detected[i].point >= 0;
-    double stands_for = count > most && kept > 0 ? (double)count / kept : 1;
+    int counted = -1;
+    double stands_for = 1;
     for (int i = 0; i < count; i++) {
         if (detected[i].point < 0) continue;
         const pinch_buffered_contact *contact = &store->buffer.items[detected[i].buffered];
+        if (contact->surface != counted && count > most)
+            stands_for = share_of(&store->surfaces.items[contact->surface].surface, detected, count, most);
+        counted = contact->surface;
         pinch_manifold_point *point = &pair->manifold.point[detected[i].point];
         if (!make_own_law(store, point, store->surfaces.items[contact->surface].surface.rolls)) return false;
         point->own->surface = contact->surface;
@@ -199,7 +213,7 @@ static void interpret(const pinch_contact_store *store, int index, pinch_detecte
     detected->depth = contact->found[6];
     detected->on_ball = false;
     detected->buffered = index;
-    detected->kept = false;
+    detected->redundant = detected->kept = false;
 }
 
 /* Turns the pair's contacts into points for its manifold, and returns how many. There must be room for one more. */

@@ -42,14 +42,48 @@ typedef struct reduction {
     face_group group[MOST_GROUPS];
 } reduction;
 
-/* ---- groups ---- */
-
 static double squared_distance(const double *a, const double *b)
 {
     double d[3];
     pinch_v3_sub(a, b, d);
     return pinch_v3_dot(d, d);
 }
+
+/* ---- rims ---- */
+
+/*
+ * Where edges of one body go through the surface of the other, a collider returns a point of no depth. It bears nothing
+ * beside one that is deep, and may hide it: at the corners of a mesh that is pressed in, edges come out right above
+ * the deep corners, as far out as these. A far corner that only just touches is none such, however deep the others
+ * are: from there to the deep ones the surface rises less than a rim does.
+ */
+static bool is_on_rim_around(const pinch_detected_point *deep, const pinch_detected_point *p)
+{
+    static const double NO_DEPTH = 1e-6, FAR = 10; /* times the depth of the deep one */
+    double reach = FAR * deep->depth;
+    return p->depth <= NO_DEPTH * deep->depth && deep->depth > 0 &&
+           squared_distance(p->normal, deep->normal) <= OTHER_FACE * OTHER_FACE &&
+           squared_distance(p->position, deep->position) <= reach * reach;
+}
+
+/* Puts points on rims behind the others, which stay in order. */
+static void leave_out_rims(reduction *r)
+{
+    int others = 0;
+    for (int i = 0; i < r->count; i++) {
+        pinch_detected_point *p = &r->points[i];
+        for (int k = 0; k < r->count && !p->redundant; k++) p->redundant = is_on_rim_around(&r->points[k], p);
+    }
+    for (int i = 0; i < r->count; i++) {
+        pinch_detected_point p = r->points[i];
+        if (p.redundant) continue;
+        r->points[i] = r->points[others];
+        r->points[others++] = p;
+    }
+    r->count = others;
+}
+
+/* ---- groups ---- */
 
 /* Sorts the points into groups: first around the deepest point's normal, then again and again around the normal that is
  * farthest from those that there are. */
@@ -256,6 +290,11 @@ int pinch_reduce_points(const pinch_manifold *known, double merge_distance, int 
         for (int i = 1; i < count; i++)
             if (points[i].depth > kept[0]->depth) kept[0] = &points[i];
         return 1;
+    }
+    leave_out_rims(&r);
+    if (r.count <= most) {
+        for (int i = 0; i < r.count; i++) kept[i] = &points[i];
+        return r.count;
     }
     sort_into_groups(&r);
     for (int g = 0; g < r.group_count; g++) begin(&r, g);

@@ -2,7 +2,8 @@
  * Which of many detected points a manifold keeps.
  *
  * Those that span what all of them can carry: for each direction of the normals the corners of the convex hull of their
- * places, and the deepest point. What rests on all of them then rests on those that are kept.
+ * places, and the deepest point. What rests on all of them then rests on those that are kept. Points where the surfaces
+ * only cross, beside deep ones, bear nothing and are left out first.
  */
 #ifndef PINCH_CONTACTS_REDUCTION_H
 #define PINCH_CONTACTS_REDUCTION_H
@@ -12,7 +13,7 @@
 /*
  * Chooses at most `most` of the points, 1 to PINCH_MANIFOLD_POINTS, and returns how many. The choice depends on their
  * order only where rounding decides. Of points that are equal in all else it prefers those near points of the manifold,
- * so that it stays from step to step.
+ * so that it stays from step to step. Those that are left out first are redundant then, and the last.
  */
 int pinch_reduce_points(const pinch_manifold *known, double merge_distance, int most, pinch_detected_point *points,
                         int count, pinch_detected_point **kept);

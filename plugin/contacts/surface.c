@@ -210,6 +210,13 @@ static void set_friction(const pinch_surface *s, const pinch_surface_conditions 
     set_limit(s, conditions, 2, &c->torsional_friction, &c->friction_limit[2]);
 }
 
+bool pinch_surface_has_forces(const pinch_surface *s)
+{
+    for (int i = 0; i < 5; i++)
+        if (!s->coefficient[i] && s->friction[i] > 0 && !isinf(s->friction[i])) return true;
+    return false;
+}
+
 void pinch_surface_limit_friction(const pinch_surface *s, double size, pinch_contact *c)
 {
     double *const coefficients[5] = {&c->friction[0], &c->friction[1], &c->torsional_friction, &c->rolling_friction[0],

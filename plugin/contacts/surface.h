@@ -49,6 +49,9 @@ void pinch_surface_tangent(const double *normal, double *tangent);
 double pinch_surface_apply(const pinch_step_context *context, const pinch_surface *surface,
                            pinch_surface_conditions *conditions, pinch_contact *contact);
 
+/* Tells whether friction has a limit that is a force or a moment, whatever the normal force. */
+bool pinch_surface_has_forces(const pinch_surface *surface);
+
 /* Limits friction that the surface leaves without a limit, where bodies are in each other. size: of the smaller geom, m
  */
 void pinch_surface_limit_friction(const pinch_surface *surface, double size, pinch_contact *contact);

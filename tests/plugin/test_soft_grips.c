@@ -118,6 +118,23 @@ static double way_under_load(grip *g, double load, double creep)
     return way;
 }
 
+/* Shakes the block for three seconds, and returns how far (m) it is then from where it was. */
+static double way_of_shaking(grip *g, double load)
+{
+    double before[3], way[3];
+    memcpy(before, dBodyGetPosition(g->block), sizeof before);
+    for (double t = 0; t < 3; t += g->step) {
+        g->load[1] = -load * sin(9 * t);
+        g->load[2] = load * cos(7 * t);
+        run(g, g->step);
+    }
+    g->load[1] = 0;
+    g->load[2] = load;
+    run(g, 1);
+    for (int i = 0; i < 3; i++) way[i] = dBodyGetPosition(g->block)[i] - before[i];
+    return sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]);
+}
+
 /*
  * Faces as large as the block's, pressed in by 10 mm, which is more than the merge distance: it is rounding that
  * decides whose points the collider returns, and they lie by that much apart.
@@ -139,6 +156,50 @@ static void test_faces_that_lie_on_each_other(void **state)
             assert_close(way, load / (8 * ratio * stiffness), 0.02 * way);
             end(&g);
         }
+    }
+}
+
+/* A box (m) of twelve triangles that face outwards. */
+static dGeomID make_mesh_box(dTriMeshDataID *data, double x, double y, double z, double (*corner)[3])
+{
+    static const dTriIndex triangles[36] = {0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1,
+                                            2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3};
+    for (int i = 0; i < 8; i++) {
+        corner[i][0] = i & 4 ? 0.5 * x : -0.5 * x;
+        corner[i][1] = i & 2 ? 0.5 * y : -0.5 * y;
+        corner[i][2] = i & 1 ? 0.5 * z : -0.5 * z;
+    }
+    *data = dGeomTriMeshDataCreate();
+    dGeomTriMeshDataBuildDouble(*data, corner, sizeof *corner, 8, triangles, 36, 3 * sizeof *triangles);
+    return dCreateTriMesh(NULL, *data, NULL, NULL, NULL);
+}
+
+/*
+ * Tips that are meshes: beside each of their corners the collider returns points where edges go through the block's
+ * surface, twelve in all, and in some steps, where block and tips have turned by rounding only, the same corners three
+ * and four times over. A hand that swings has it do so again and again. Each corner is one spring.
+ */
+static void test_tips_that_are_meshes(void **state)
+{
+    (void)state;
+    const double stiffness = 4000, edge = 0.05, thickness = 0.02, width = 0.03, load = 2, ratio = 2.0 / 3;
+    const double steps[] = {0.005, 0.001, 0.0002};
+    for (int k = 0; k < 3; k++) {
+        grip g;
+        dTriMeshDataID data[TIPS];
+        double corner[TIPS][8][3];
+        dGeomID tips[TIPS];
+        for (int i = 0; i < TIPS; i++) tips[i] = make_mesh_box(&data[i], thickness, width, width, corner[i]);
+        make(&g, steps[k], edge, 0.2, tips, thickness, 20);
+        make_soft(&g, stiffness);
+        g.surface.mu = 0.6;
+        double way = way_under_load(&g, load, 1e-9);
+        assert_close(way, load / (8 * ratio * stiffness), 1e-3 * way);
+        double between = dBodyGetPosition(g.finger[1])[0] - dBodyGetPosition(g.finger[0])[0];
+        assert_close(edge + thickness - between, 2 * 20 / (4 * stiffness), 1e-6);
+        assert_close(way_of_shaking(&g, load), 0, 1e-8);
+        end(&g);
+        for (int i = 0; i < TIPS; i++) dGeomTriMeshDataDestroy(data[i]);
     }
 }
 
@@ -169,6 +230,7 @@ static void test_corners_that_are_left_out(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_faces_that_lie_on_each_other),
+                                       cmocka_unit_test(test_tips_that_are_meshes),
                                        cmocka_unit_test(test_corners_that_are_left_out)};
     dInitODE2(0);
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

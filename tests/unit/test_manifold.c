@@ -536,6 +536,121 @@ static void points_above_each_other_stay_apart(void **state)
     }
 }
 
+/* A mesh's corners pressed into a face by `depth`: on each a deep point, another where its edge goes through the face,
+ * a little farther out, and a third where an edge of the side does. They come in any order. */
+static int pressed_corners(pinch_random *random, double depth, pinch_detected_point *pool)
+{
+    const double half = 0.02;
+    int count = 0;
+    for (int corner = 0; corner < 4; corner++) {
+        double x = corner % 2 ? half : -half, y = corner / 2 ? half : -half,
+               out = 1 + 1e-3 * draw_uniform(random, -1, 1);
+        double deep = depth * (1 + 0.2 * draw_uniform(random, -1, 1)), rounding = 1e-18 * draw_index(random, 3);
+        pool[count] = fresh_at(x, y, deep);
+        pool[count++].position[2] = 0.5 * depth;
+        pool[count++] = fresh_at(out * x, out * y, rounding - 1e-18);
+        pool[count++] = fresh_at(x, y - (y > 0 ? 1.5 : -1.5) * depth, rounding - 1e-18);
+    }
+    for (int i = count - 1; i > 0; i--) {
+        int k = draw_index(random, i + 1);
+        pinch_detected_point other = pool[k];
+        pool[k] = pool[i];
+        pool[i] = other;
+    }
+    return count;
+}
+
+/* Points where surfaces only cross neither hide the corners beside them nor count with them. */
+static void rims_do_not_hide_corners(void **state)
+{
+    (void)state;
+    pinch_random random;
+    pinch_random_seed(&random, 6);
+    for (int shared = 0; shared < 2; shared++) {
+        pinch_manifold_point points[2 * PINCH_MANIFOLD_POINTS];
+        pinch_manifold m = {0, points};
+        placed a = placed_at(0, 0, 0.1), b = placed_at(0, 0, -0.1);
+        for (int step = 0; step < 100; step++) {
+            pinch_detected_point pool[12];
+            int count = pressed_corners(&random, 0.9 * MERGE, pool), left_out = 0;
+            update_all(&m, &a, &b, pool, count, 0, 0, shared);
+            assert_int_equal(m.count, 4);
+            for (int k = 0; k < 4 && step == 0; k++) m.point[k].elastic[0] = 1e-6;
+            for (int k = 0; k < 4; k++) assert_close(m.point[k].elastic[0], 1e-6, 1e-20);
+            for (int i = 0; i < count; i++) {
+                assert_int_equal(pool[i].redundant, pool[i].depth < 1e-9);
+                assert_int_equal(pool[i].point < 0, pool[i].redundant);
+                left_out += pool[i].redundant;
+            }
+            assert_int_equal(left_out, 8);
+        }
+    }
+}
+
+/* A body that lies on a row of points, and on one end of it by rounding only: it does not lose the other end. */
+static void corners_that_only_touch_stay(void **state)
+{
+    enum { COUNT = 12 };
+    (void)state;
+    pinch_manifold_point points[2 * PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
+    placed a = placed_at(0, 0, 0.1), b = placed_at(0, 0, -0.1);
+    pinch_detected_point pool[COUNT];
+    for (int i = 0; i < COUNT; i++) pool[i] = fresh_at(i < COUNT / 2 ? -0.02 : 0.02, 0.004 * (i % (COUNT / 2)), 0);
+    for (int i = 0; i < COUNT / 2; i++) pool[i].depth = 1e-5;
+    update_all(&m, &a, &b, pool, COUNT, 0, 0, false);
+    assert_non_null(point_near(&m, 0.02, 0));
+    assert_non_null(point_near(&m, 0.02, 0.02));
+    for (int i = 0; i < COUNT; i++) assert_false(pool[i].redundant);
+}
+
+/* A collider that returns each corner several times, or on both surfaces, has returned it once. */
+static void corners_returned_again_are_one(void **state)
+{
+    (void)state;
+    pinch_random random;
+    pinch_random_seed(&random, 7);
+    pinch_manifold_point points[2 * PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
+    placed a = placed_at(0, 0, 0.1), b = placed_at(0, 0, -0.1);
+    for (int step = 0; step < 100; step++) {
+        pinch_detected_point pool[20];
+        int count = 0;
+        for (int corner = 0; corner < 4; corner++) {
+            for (int times = 1 + draw_index(&random, 5); times > 0; times--) {
+                pool[count] = fresh_at(corner % 2 ? 0.02 : -0.02, corner / 2 ? 0.02 : -0.02, 2 * MERGE);
+                pool[count].position[2] = draw_chance(&random, 0.5) ? MERGE : -MERGE;
+                count++;
+            }
+        }
+        update_all(&m, &a, &b, pool, count, 0, 0, false);
+        assert_int_equal(m.count, 4);
+        for (int k = 0; k < 4 && step == 0; k++) m.point[k].elastic[0] = 1e-6;
+        for (int k = 0; k < 4; k++) assert_close(m.point[k].elastic[0], 1e-6, 1e-20);
+        int redundant = 0;
+        for (int i = 0; i < count; i++) redundant += pool[i].redundant;
+        assert_int_equal(redundant, count - 4);
+    }
+}
+
+/* A new point beside a known one does not take its state, though the collider returns it first. */
+static void new_points_take_no_others_state(void **state)
+{
+    (void)state;
+    pinch_manifold_point points[2 * PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
+    placed a = placed_at(0, 0, 0.1), b = placed_at(0, 0, -0.1);
+    pinch_detected_point pool[3] = {fresh_at(0.02, 0, 1e-4), fresh_at(-0.02, 0, 1e-4)};
+    update_all(&m, &a, &b, pool, 2, 0, 0, false);
+    m.point[0].elastic[0] = 1e-6;
+    pool[0] = fresh_at(0.02 - 0.7 * MERGE, 0, 1e-5);
+    pool[2] = fresh_at(0.02 + 1e-6, 0, 1e-4);
+    update_all(&m, &a, &b, pool, 3, 0, 0, false);
+    assert_int_equal(m.count, 3);
+    assert_close(m.point[pool[2].point].elastic[0], 1e-6, 1e-20);
+    assert_close(m.point[pool[0].point].elastic[0], 0, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -554,6 +669,10 @@ int main(void)
         cmocka_unit_test(twins_do_not_flicker),
         cmocka_unit_test(points_go_on_on_either_surface),
         cmocka_unit_test(points_above_each_other_stay_apart),
+        cmocka_unit_test(rims_do_not_hide_corners),
+        cmocka_unit_test(corners_that_only_touch_stay),
+        cmocka_unit_test(corners_returned_again_are_one),
+        cmocka_unit_test(new_points_take_no_others_state),
     };
     return cmocka_run_group_tests_name("manifold", tests, NULL, NULL);
 }
