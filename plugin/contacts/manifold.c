@@ -321,6 +321,7 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_de
         pinch_point_anchor(pose, &points[i]);
     }
     if (!rules->shared) count = leave_out_twins(m, points, count, rules->merge_distance);
+    if (rules->rims_bear_nothing) count = pinch_leave_out_rims(points, count);
     if (count > rules->most_points)
         count = pinch_reduce_points(m, rules->merge_distance, rules->most_points, points, count, detected);
     else

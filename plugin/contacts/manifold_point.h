@@ -65,6 +65,7 @@ typedef struct pinch_manifold_rules {
                              * not count; 0: each counts */
     double turned[3];       /* rad, world: how far body 1 turned against body 2 in the last step */
     double stale_tilt;      /* rad: a point that was not detected goes when the bodies have tilted by more */
+    bool rims_bear_nothing; /* points where surfaces only cross are left out beside deep ones, however few there are */
     bool shared;            /* the points share one stiffness, and their resultant shear outlives them; otherwise new
                              * points start without any shear */
     int most_points;        /* 1 to PINCH_MANIFOLD_POINTS */

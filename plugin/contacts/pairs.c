@@ -233,6 +233,20 @@ static int detected_points(const pinch_contact_store *store, const pinch_pair *p
     return pinch_add_capsule_end(pair->id, class, detected, count);
 }
 
+/* Tells whether points that bear nothing may be left out. A friction that is a force holds where nothing presses, too.
+ */
+static bool rims_bear_nothing(const pinch_contact_store *store, const pinch_pair *pair,
+                              const pinch_detected_point *detected, int count)
+{
+    int last = -1;
+    for (int i = 0; i < count && !pair->has_material; i++) {
+        int surface = store->buffer.items[detected[i].buffered].surface;
+        if (surface != last && pinch_surface_has_forces(&store->surfaces.items[surface].surface)) return false;
+        last = surface;
+    }
+    return !pair->has_material;
+}
+
 static void tell_places(pinch_contact_store *store, const pinch_pair *pair, const pinch_detected_point *detected,
                         int count)
 {
@@ -285,6 +299,7 @@ static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
     memcpy(rules.turned, pair->turned, sizeof rules.turned);
     pinch_detected_point *detected = store->detected[worker].items;
     int count = detected_points(store, pair, pose, detected);
+    rules.rims_bear_nothing = rims_bear_nothing(store, pair, detected, count);
     pair->watched = 0;
     if (pair->has_material && pinch_manifold_continue(&pair->manifold, pose, detected, count, &rules)) {
         tell_places(store, pair, detected, count);

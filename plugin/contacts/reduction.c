@@ -66,21 +66,20 @@ static bool is_on_rim_around(const pinch_detected_point *deep, const pinch_detec
            squared_distance(p->position, deep->position) <= reach * reach;
 }
 
-/* Puts points on rims behind the others, which stay in order. */
-static void leave_out_rims(reduction *r)
+int pinch_leave_out_rims(pinch_detected_point *points, int count)
 {
     int others = 0;
-    for (int i = 0; i < r->count; i++) {
-        pinch_detected_point *p = &r->points[i];
-        for (int k = 0; k < r->count && !p->redundant; k++) p->redundant = is_on_rim_around(&r->points[k], p);
+    for (int i = 0; i < count; i++) {
+        pinch_detected_point *p = &points[i];
+        for (int k = 0; k < count && !p->redundant; k++) p->redundant = is_on_rim_around(&points[k], p);
     }
-    for (int i = 0; i < r->count; i++) {
-        pinch_detected_point p = r->points[i];
+    for (int i = 0; i < count; i++) {
+        pinch_detected_point p = points[i];
         if (p.redundant) continue;
-        r->points[i] = r->points[others];
-        r->points[others++] = p;
+        points[i] = points[others];
+        points[others++] = p;
     }
-    r->count = others;
+    return others;
 }
 
 /* ---- groups ---- */
@@ -291,7 +290,7 @@ int pinch_reduce_points(const pinch_manifold *known, double merge_distance, int 
             if (points[i].depth > kept[0]->depth) kept[0] = &points[i];
         return 1;
     }
-    leave_out_rims(&r);
+    r.count = pinch_leave_out_rims(points, count);
     if (r.count <= most) {
         for (int i = 0; i < r.count; i++) kept[i] = &points[i];
         return r.count;

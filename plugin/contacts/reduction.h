@@ -10,6 +10,10 @@
 
 #include "contacts/manifold.h"
 
+/* Puts points where surfaces only cross, beside deep ones, behind the others, which stay in order. They are redundant
+ * then. Returns how many others there are. */
+int pinch_leave_out_rims(pinch_detected_point *points, int count);
+
 /*
  * Chooses at most `most` of the points, 1 to PINCH_MANIFOLD_POINTS, and returns how many. The choice depends on their
  * order only where rounding decides. Of points that are equal in all else it prefers those near points of the manifold,

@@ -20,6 +20,7 @@ typedef struct grip {
     dGeomID tip[TIPS], held;
     dSurfaceParameters surface;
     bool filtered; /* the program leaves out a corner */
+    int most;      /* contacts that it asks the collider for */
     double step, load[3];
 } grip;
 
@@ -57,6 +58,7 @@ static void make(grip *g, double step, double edge, double mass, dGeomID tips[TI
     dMass of_block;
     memset(g, 0, sizeof *g);
     g->step = step;
+    g->most = MOST_FOUND;
     g->world = dWorldCreate();
     pinch_ode_settings settings = pinch_ode_default_settings();
     settings.scope = PINCH_ODE_ALL_CONTACTS;
@@ -91,7 +93,7 @@ static void run(grip *g, double time)
             bool swapped = (n + i) % 3 == 0;
             memset(found, 0, sizeof found);
             dGeomID first = swapped ? g->held : g->tip[i], second = swapped ? g->tip[i] : g->held;
-            int count = dCollide(first, second, MOST_FOUND, &found->geom, sizeof *found);
+            int count = dCollide(first, second, g->most, &found->geom, sizeof *found);
             for (int k = 0; k < count; k++) {
                 if (g->filtered && found[k].geom.pos[1] > 0 && found[k].geom.pos[2] > 0) continue;
                 found[k].surface = g->surface;
@@ -179,27 +181,35 @@ static dGeomID make_mesh_box(dTriMeshDataID *data, double x, double y, double z,
  * surface, twelve in all, and in some steps, where block and tips have turned by rounding only, the same corners three
  * and four times over. A hand that swings has it do so again and again. Each corner is one spring.
  */
+static void hold_by_meshes(double step, int most)
+{
+    const double stiffness = 4000, edge = 0.05, thickness = 0.02, width = 0.03, load = 2, ratio = 2.0 / 3;
+    grip g;
+    dTriMeshDataID data[TIPS];
+    double corner[TIPS][8][3];
+    dGeomID tips[TIPS];
+    for (int i = 0; i < TIPS; i++) tips[i] = make_mesh_box(&data[i], thickness, width, width, corner[i]);
+    make(&g, step, edge, 0.2, tips, thickness, 20);
+    make_soft(&g, stiffness);
+    g.surface.mu = 0.6;
+    g.most = most;
+    double way = way_under_load(&g, load, 1e-9);
+    assert_close(way, load / (8 * ratio * stiffness), 1e-3 * way);
+    double between = dBodyGetPosition(g.finger[1])[0] - dBodyGetPosition(g.finger[0])[0];
+    assert_close(edge + thickness - between, 2 * 20 / (4 * stiffness), 1e-6);
+    if (most == MOST_FOUND) /* of 34 points a collider that is asked for 8 leaves whole corners out */
+        assert_close(way_of_shaking(&g, load), 0, 1e-8);
+    end(&g);
+    for (int i = 0; i < TIPS; i++) dGeomTriMeshDataDestroy(data[i]);
+}
+
 static void test_tips_that_are_meshes(void **state)
 {
     (void)state;
-    const double stiffness = 4000, edge = 0.05, thickness = 0.02, width = 0.03, load = 2, ratio = 2.0 / 3;
-    const double steps[] = {0.005, 0.001, 0.0002};
+    static const double STEPS[] = {0.005, 0.001, 0.0002};
     for (int k = 0; k < 3; k++) {
-        grip g;
-        dTriMeshDataID data[TIPS];
-        double corner[TIPS][8][3];
-        dGeomID tips[TIPS];
-        for (int i = 0; i < TIPS; i++) tips[i] = make_mesh_box(&data[i], thickness, width, width, corner[i]);
-        make(&g, steps[k], edge, 0.2, tips, thickness, 20);
-        make_soft(&g, stiffness);
-        g.surface.mu = 0.6;
-        double way = way_under_load(&g, load, 1e-9);
-        assert_close(way, load / (8 * ratio * stiffness), 1e-3 * way);
-        double between = dBodyGetPosition(g.finger[1])[0] - dBodyGetPosition(g.finger[0])[0];
-        assert_close(edge + thickness - between, 2 * 20 / (4 * stiffness), 1e-6);
-        assert_close(way_of_shaking(&g, load), 0, 1e-8);
-        end(&g);
-        for (int i = 0; i < TIPS; i++) dGeomTriMeshDataDestroy(data[i]);
+        hold_by_meshes(STEPS[k], MOST_FOUND);
+        hold_by_meshes(STEPS[k], 8);
     }
 }
 

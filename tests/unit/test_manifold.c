@@ -42,7 +42,12 @@ static void update_all(pinch_manifold *m, const placed *a, const placed *b, pinc
                        double steady, double quiet, bool shared)
 {
     pinch_pose pose[2] = {{a->position, a->rotation}, {b->position, b->rotation}};
-    pinch_manifold_rules rules = {MERGE, steady, quiet, {0, 0, 0}, TILT, shared, PINCH_MANIFOLD_POINTS, NULL, NULL};
+    pinch_manifold_rules rules = {.merge_distance = MERGE,
+                                  .steady_distance = steady,
+                                  .quiet_distance = quiet,
+                                  .stale_tilt = TILT,
+                                  .shared = shared,
+                                  .most_points = PINCH_MANIFOLD_POINTS};
     pinch_manifold_update(m, pose, pool, count, &rules);
 }
 
