@@ -31,16 +31,48 @@ void world_put_hand_bases(world *w, double t1)
     }
 }
 
+/* ---- The coordinates. ---- */
+
+/* As Pinch has them: a slider's force acts half way between the centres, so that a parent that turns counts too. */
+static void begin_rows(world_joint *j)
+{
+    dVector3 axis;
+    double half[3];
+    memset(j->row, 0, sizeof j->row);
+    if (j->of->type == HAND_HINGE) {
+        dJointGetHingeAxis(j->joint, axis);
+        for (int i = 0; i < 3; i++) {
+            j->row[0][3 + i] = axis[i];
+            j->row[1][3 + i] = -axis[i];
+        }
+        return;
+    }
+    dJointGetSliderAxis(j->joint, axis);
+    scene_subtract(dBodyGetPosition(j->parent), dBodyGetPosition(j->body), half);
+    for (int i = 0; i < 3; i++) {
+        half[i] *= 0.5;
+        j->row[0][i] = axis[i];
+        j->row[1][i] = -axis[i];
+    }
+    scene_cross(half, axis, j->row[0] + 3);
+    memcpy(j->row[1] + 3, j->row[0] + 3, 3 * sizeof(double));
+}
+
+double world_joint_rate(const world_joint *j)
+{
+    const dBodyID body[2] = {j->body, j->parent};
+    double rate[2];
+    for (int k = 0; k < 2; k++)
+        rate[k] =
+            scene_dot(j->row[k], dBodyGetLinearVel(body[k])) + scene_dot(j->row[k] + 3, dBodyGetAngularVel(body[k]));
+    return rate[0] + rate[1];
+}
+
 /* ---- The drives. ---- */
 
 static double ode_position(const world_joint *j)
 {
     return j->of->type == HAND_HINGE ? dJointGetHingeAngle(j->joint) : dJointGetSliderPosition(j->joint);
-}
-
-static double ode_rate(const world_joint *j)
-{
-    return j->of->type == HAND_HINGE ? dJointGetHingeAngleRate(j->joint) : dJointGetSliderPositionRate(j->joint);
 }
 
 static double bounded(double value, double most)
@@ -116,7 +148,8 @@ static void hold_by_friction(const world *w, const world_joint *j)
     set(j->joint, dParamFMax, stopped ? 0 : j->of->friction);
 }
 
-/* The armature is a damper about the rate that the joint has now; ODE's motors are springs and dampers of this step. */
+/* The armature is a damper about the rate that the joint had at the end of the last step, whose base moved as it did
+ * then: a base that is accelerated does not push it. ODE's motors are springs and dampers of this step. */
 static void set_passive(world *w, const world_joint *j)
 {
     double h = w->scene->step, k = j->of->stiffness, d = j->of->damping, a = j->of->armature / h;
@@ -125,7 +158,7 @@ static void set_passive(world *w, const world_joint *j)
         law.kp = k;
         law.kd = d + a;
         law.target = j->of->spring_reference - j->zero;
-        law.rate = a * ode_rate(j) / law.kd;
+        law.rate = a * j->velocity / law.kd;
         world_keep_status(w, pinch_ode_set_coupling(w->plugin, j->damper, &law));
     }
     if (j->of->friction > 0) hold_by_friction(w, j);
@@ -212,6 +245,7 @@ void world_drive_hands(world *w, double t1)
         world_hand *h = &w->hands[k];
         for (int i = 0; i < h->joint_count; i++) {
             if (w->steps == 0) h->joints[i].position = h->hand->start[i];
+            begin_rows(&h->joints[i]);
             drive_joint(w, &h->joints[i], t1);
             set_passive(w, &h->joints[i]);
             relieve(w, &h->joints[i]);
@@ -222,13 +256,14 @@ void world_drive_hands(world *w, double t1)
 
 /* ---- The read-out. ---- */
 
-/* An angle is followed over whole turns. */
+/* An angle is followed over whole turns. ODE's rate of a slider leaves out that the parent turns; the rows of the
+ * step's start have it, and give the rate that the armature goes on from. */
 static void read_position(world_joint *j)
 {
     double now = ode_position(j) + j->zero;
     if (j->of->type == HAND_HINGE) now += 2 * M_PI * round((j->position - now) / (2 * M_PI));
     j->position = now;
-    j->velocity = ode_rate(j);
+    j->velocity = j->of->type == HAND_HINGE ? dJointGetHingeAngleRate(j->joint) : world_joint_rate(j);
 }
 
 static bool is_at_limit(const hand_joint *j, double position)

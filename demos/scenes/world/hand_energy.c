@@ -23,45 +23,15 @@ static double power(const double force[3], const double torque[3], dBodyID body)
     return scene_dot(force, dBodyGetLinearVel(body)) + scene_dot(torque, dBodyGetAngularVel(body));
 }
 
-/* The rows of the coordinate's rate, as Pinch has them: a slider's force acts half way between the centres. */
-static void begin_rows(world_joint *j)
-{
-    dVector3 axis;
-    double half[3];
-    memset(j->row, 0, sizeof j->row);
-    if (j->of->type == HAND_HINGE) {
-        dJointGetHingeAxis(j->joint, axis);
-        for (int i = 0; i < 3; i++) {
-            j->row[0][3 + i] = axis[i];
-            j->row[1][3 + i] = -axis[i];
-        }
-        return;
-    }
-    dJointGetSliderAxis(j->joint, axis);
-    scene_subtract(dBodyGetPosition(j->parent), dBodyGetPosition(j->body), half);
-    for (int i = 0; i < 3; i++) {
-        half[i] *= 0.5;
-        j->row[0][i] = axis[i];
-        j->row[1][i] = -axis[i];
-    }
-    scene_cross(half, axis, j->row[0] + 3);
-    memcpy(j->row[1] + 3, j->row[0] + 3, 3 * sizeof(double));
-}
-
-static double rate_of(const world_joint *j)
-{
-    return along(j->row[0], j->body) + along(j->row[1], j->parent);
-}
-
 /* The part of the rate that is the base's. */
 static double base_rate(const world_joint *j)
 {
     return dBodyIsKinematic(j->parent) ? along(j->row[1], j->parent) : 0;
 }
 
-static double storage_of(const world_joint *j)
+static double storage_of(const world_joint *j, double rate)
 {
-    double rate = rate_of(j), stretched = j->position - j->of->spring_reference;
+    double stretched = j->position - j->of->spring_reference;
     return 0.5 * j->of->armature * rate * rate + 0.5 * j->of->stiffness * stretched * stretched;
 }
 
@@ -72,9 +42,7 @@ void world_begin_hand_ledger(world *w, bool first)
             world_joint *j = &w->hands[k].joints[i];
             j->energy.body = j->body;
             energy_body_begin(&j->energy, first);
-            begin_rows(j);
-            j->storage = storage_of(j);
-            if (first) j->storage_start = j->storage;
+            if (first) j->storage = j->storage_start = storage_of(j, j->velocity);
             memset(&j->feedback, 0, sizeof j->feedback);
         }
         for (int i = 0; i < w->hands[k].loop_count; i++)
@@ -106,7 +74,8 @@ static void add_joint(world *w, const world_joint *j, double h)
 {
     energy_ledger *l = &w->ledger;
     const dJointFeedback *f = &j->feedback;
-    double rate = rate_of(j), outer = h * power(f->f1, f->t1, j->body), inner = h * power(f->f2, f->t2, j->parent);
+    double rate = world_joint_rate(j), outer = h * power(f->f1, f->t1, j->body),
+           inner = h * power(f->f2, f->t2, j->parent);
     bool servo = j->control->type == SCENE_POSITION_CONTROL || j->control->type == SCENE_VELOCITY_CONTROL;
     double motor = h * j->own_torque * rate, rest = outer + inner - (servo ? motor : 0);
     ledger_add(l, &l->work_drives, motor);
@@ -119,16 +88,17 @@ static void add_joint(world *w, const world_joint *j, double h)
     l->integrator -= rest + rubbed;
 }
 
-static void add_damper(world *w, const world_joint *j, double h)
+static void add_damper(world *w, world_joint *j, double h)
 {
     energy_ledger *l = &w->ledger;
-    double position, force, rate = rate_of(j), storage = storage_of(j);
+    double position, force, rate = world_joint_rate(j), storage = storage_of(j, rate);
     if (j->damper < 0) return;
     if (pinch_ode_coupling_state(w->plugin, j->damper, &position, &force) != PINCH_OK) return;
     double work = split_work(l, h, force, rate, base_rate(j)), lost = h * j->of->damping * rate * rate;
     ledger_add(l, &l->damping, lost);
     l->elastic += storage - j->storage_start;
     l->integrator += -work - (storage - j->storage) - lost;
+    j->storage = storage;
 }
 
 static void add_tie(world *w, const world_hand *of, const world_tie *t, double h)
@@ -136,7 +106,7 @@ static void add_tie(world *w, const world_hand *of, const world_tie *t, double h
     energy_ledger *l = &w->ledger;
     double rate = 0, of_base = 0;
     for (int i = 0; i < t->terms; i++) {
-        rate += t->factor[i] * rate_of(&of->joints[t->joint[i]]);
+        rate += t->factor[i] * world_joint_rate(&of->joints[t->joint[i]]);
         of_base += t->factor[i] * base_rate(&of->joints[t->joint[i]]);
     }
     double work = split_work(l, h, t->force, rate, of_base);

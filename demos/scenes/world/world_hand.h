@@ -27,7 +27,8 @@ typedef struct world_joint {
     dJointFeedback feedback;
     energy_body energy;
     double row[2][6]; /* rate of the joint = row[0] . twist of body + row[1] . twist of parent; in this step */
-    double storage, storage_start; /* J in spring and armature, at the start of the step and of the run */
+    double storage,
+        storage_start; /* J in spring and armature, at the end of the last step and at the start of the run */
 
     /* at the end of the step */
     double position, velocity; /* rad or m */
@@ -89,6 +90,8 @@ void world_drive_hands(world *w, double t1);
 void world_put_hand_bases(world *w, double t1);
 /* The force (N) that takes weight off a joint's body in this gravity, and the point (world, m) that it acts at. */
 void world_relief(const world_joint *joint, const double gravity[3], double force[3], double point[3]);
+/* The rate of a joint (rad/s or m/s) by its rows, which are those of the start of the step. */
+double world_joint_rate(const world_joint *joint);
 /* Reads what the joints do at the end of a step. */
 void world_read_joints(world *w);
 
