@@ -4,6 +4,7 @@
 #include "mjcf.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* A body by its name; -1 is the world. */
 static bool refer_body(hand_reader *r, const xmlNode *node, const char *attribute, int *link)
@@ -159,12 +160,22 @@ static bool read_wraps(hand_reader *r, const xmlNode *node, hand_tendon *tendon)
     return true;
 }
 
+/* Twice -1, the default: the length with all joints where their springs rest. Other lengths may be negative, too. */
+static void read_rest(const mjcf_element *e, hand_tendon *tendon)
+{
+    double rest[2] = {-1, -1};
+    if (mjcf_numbers(e, "springlength", rest, 1, 2) == 1) rest[1] = rest[0];
+    if (rest[0] == -1 && rest[1] == -1) return;
+    if (rest[0] > rest[1]) reader_refuse(e->m->r, e->node, "expected a springlength whose first number is not larger");
+    memcpy(tendon->rest, rest, sizeof rest);
+}
+
 static void read_tendon(mjcf *m, const xmlNode *node)
 {
     hand_reader *r = m->r;
     hand *h = r->h;
     mjcf_element e;
-    double range[2] = {0}, rest[2] = {-1, -1}, armature = 0;
+    double range[2] = {0}, armature = 0;
     if (!mjcf_open(m, node, NULL, "tendon", &e) ||
         !mjcf_only(&e,
                    "name class group limited actuatorfrclimited range actuatorfrcrange solreflimit solimplimit "
@@ -186,9 +197,7 @@ static void read_tendon(mjcf *m, const xmlNode *node)
     mjcf_numbers(&e, "frictionloss", &tendon->friction, 1, 1);
     mjcf_numbers(&e, "armature", &armature, 1, 1);
     if (armature != 0) reader_unmodelled(r, node, "armature of a tendon");
-    size_t given = mjcf_numbers(&e, "springlength", rest, 1, 2);
-    /* -1, the default: the length with all joints where their springs rest */
-    for (size_t i = 0; i < 2 && rest[0] >= 0; i++) tendon->rest[i] = rest[given == 1 ? 0 : i];
+    read_rest(&e, tendon);
 }
 
 void mjcf_read_tendons(mjcf *m, const xmlNode *section)

@@ -94,12 +94,46 @@ static void test_armature_when_the_palm_starts(void **state)
     }
 }
 
+/* A tendon's spring rests at its springlength, of either sign, or where its joints' springs rest; between two numbers
+ * it rests anywhere. */
+static void test_lengths_at_which_tendons_rest(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *rest;
+        double length;
+    } cases[] = {
+        {"", 0.003},
+        {"springlength='-1'", 0.003},
+        {"springlength='-1 -1'", 0.003},
+        {"springlength='-0.004'", -0.004},
+        {"springlength='0.002'", 0.002},
+        {"springlength='0'", 0},
+        {"springlength='-0.005 -0.002'", -0.002},
+        {"springlength='-1 -0.006'", -0.006},
+        {"springlength='-1 1'", 0.001}, /* where it starts */
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char more[256];
+        snprintf(more, sizeof more,
+                 "<tendon><fixed stiffness='1000' %s><joint joint='joint' coef='0.01'/></fixed></tendon>",
+                 cases[k].rest);
+        scene *s;
+        world *w = finger_of("axis='0 1 0' damping='0.02' springref='0.3'", "0 0 0.1", more,
+                             ", \"joints\": {\"joint\": 0.1}", 1e-3, &s);
+        world_run_until(w, 4);
+        assert_close(w->hands[0].joints[0].position, cases[k].length / 0.01, 1e-9);
+        end(w, s);
+    }
+}
+
 int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_slide_on_a_palm_that_turns),
         cmocka_unit_test(test_armature_when_the_palm_starts),
+        cmocka_unit_test(test_lengths_at_which_tendons_rest),
     };
     int failed = cmocka_run_group_tests_name("laws of joints, drives and tendons", tests, NULL, NULL);
     dCloseODE();

@@ -356,6 +356,8 @@ static const hand_fault faults[] = {
     {TWO("<equality><joint joint1=\"j\"/><joint joint1=\"j\"/></equality>"), "<equality",
      "leave joint \"j\" one position"},
     {TWO("<tendon><fixed/></tendon>"), "<tendon", "at least one <joint>"},
+    {TWO("<tendon><fixed springlength=\"-2 -3\"><joint joint=\"j\" coef=\"1\"/></fixed></tendon>"), "<tendon",
+     "not larger"},
     {TWO("<actuator><muscle joint=\"j\"/></actuator>"), "<actuator", "not supported in <actuator>"},
     {TWO("<actuator><motor joint=\"x\"/></actuator>"), "<actuator", "name of a joint in joint, not \"x\""},
     {TWO("<actuator><motor/></actuator>"), "<actuator", "a joint or a tendon"},
