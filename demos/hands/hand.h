@@ -82,6 +82,7 @@ typedef struct hand_tendon {
     double *coefficients;
     bool limited;
     double lower, upper;
+    double least_effort, effort; /* N: bounds of what all drives together do */
     double stiffness, damping, friction;
     double rest[2]; /* within these the spring does nothing */
     int line;

@@ -65,21 +65,25 @@ static json_t *bodies(const hand *h)
     return list;
 }
 
+static json_t *bounds(double least, double most)
+{
+    return isfinite(least) || isfinite(most) ? pair(least, most) : json_null();
+}
+
 static json_t *joints(const hand *h)
 {
     json_t *list = json_array();
     for (size_t i = 0; i < h->joint_count; i++) {
         const hand_joint *j = &h->joints[i];
-        append(&list,
-               json_pack(
-                   "{s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:f, s:o, s:o, s:o, s:f, s:f, s:f, s:f, s:f, s:i}", "name",
-                   j->name, "type", j->type == HAND_HINGE ? "hinge" : "slider", "parent",
-                   name_of_link(h, h->links[j->link].parent), "link", name_of_link(h, j->link), "body",
-                   name_of_body(h, j->body), "axis", json_numbers(j->axis, 3), "anchor", json_numbers(j->anchor, 3),
-                   "reference", j->reference, "limits", j->limited ? pair(j->lower, j->upper) : json_null(), "effort",
-                   isfinite(j->effort) || isfinite(j->least_effort) ? pair(j->least_effort, j->effort) : json_null(),
-                   "velocity", json_number(j->velocity), "damping", j->damping, "friction", j->friction, "armature",
-                   j->armature, "stiffness", j->stiffness, "spring_reference", j->spring_reference, "line", j->line));
+        append(&list, json_pack("{s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:f, s:o, s:o, s:o, s:f, s:f, s:f, s:f, s:f, s:i}",
+                                "name", j->name, "type", j->type == HAND_HINGE ? "hinge" : "slider", "parent",
+                                name_of_link(h, h->links[j->link].parent), "link", name_of_link(h, j->link), "body",
+                                name_of_body(h, j->body), "axis", json_numbers(j->axis, 3), "anchor",
+                                json_numbers(j->anchor, 3), "reference", j->reference, "limits",
+                                j->limited ? pair(j->lower, j->upper) : json_null(), "effort",
+                                bounds(j->least_effort, j->effort), "velocity", json_number(j->velocity), "damping",
+                                j->damping, "friction", j->friction, "armature", j->armature, "stiffness", j->stiffness,
+                                "spring_reference", j->spring_reference, "line", j->line));
     }
     return list;
 }
@@ -105,10 +109,10 @@ static json_t *tendons(const hand *h)
         for (size_t k = 0; k < t->count; k++)
             append(&parts,
                    json_pack("{s:o, s:f}", "joint", name_of_joint(h, t->joints[k]), "coefficient", t->coefficients[k]));
-        append(&list,
-               json_pack("{s:s, s:o, s:o, s:f, s:f, s:f, s:o, s:i}", "name", t->name, "joints", parts, "limits",
-                         t->limited ? pair(t->lower, t->upper) : json_null(), "stiffness", t->stiffness, "damping",
-                         t->damping, "friction", t->friction, "rest", json_numbers(t->rest, 2), "line", t->line));
+        append(&list, json_pack("{s:s, s:o, s:o, s:o, s:f, s:f, s:f, s:o, s:i}", "name", t->name, "joints", parts,
+                                "limits", t->limited ? pair(t->lower, t->upper) : json_null(), "effort",
+                                bounds(t->least_effort, t->effort), "stiffness", t->stiffness, "damping", t->damping,
+                                "friction", t->friction, "rest", json_numbers(t->rest, 2), "line", t->line));
     }
     return list;
 }

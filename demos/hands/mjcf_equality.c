@@ -170,12 +170,25 @@ static void read_rest(const mjcf_element *e, hand_tendon *tendon)
     memcpy(tendon->rest, rest, sizeof rest);
 }
 
+static void read_tendon_limits(const mjcf_element *e, hand_tendon *tendon)
+{
+    double range[2] = {0}, effort[2] = {0};
+    bool has_range = mjcf_numbers(e, "range", range, 2, 2) > 0;
+    tendon->limited = mjcf_is_limited(e, "limited", has_range, range);
+    tendon->lower = tendon->limited ? range[0] : -INFINITY;
+    tendon->upper = tendon->limited ? range[1] : INFINITY;
+    bool has_effort = mjcf_numbers(e, "actuatorfrcrange", effort, 2, 2) > 0;
+    bool bounded = mjcf_is_limited(e, "actuatorfrclimited", has_effort, effort);
+    tendon->least_effort = bounded ? effort[0] : -INFINITY;
+    tendon->effort = bounded ? effort[1] : INFINITY;
+}
+
 static void read_tendon(mjcf *m, const xmlNode *node)
 {
     hand_reader *r = m->r;
     hand *h = r->h;
     mjcf_element e;
-    double range[2] = {0}, armature = 0;
+    double armature = 0;
     if (!mjcf_open(m, node, NULL, "tendon", &e) ||
         !mjcf_only(&e,
                    "name class group limited actuatorfrclimited range actuatorfrcrange solreflimit solimplimit "
@@ -188,10 +201,7 @@ static void read_tendon(mjcf *m, const xmlNode *node)
     tendon->name = name;
     tendon->line = (int)xmlGetLineNo(node);
     if (!read_wraps(r, node, tendon)) return;
-    bool has_range = mjcf_numbers(&e, "range", range, 2, 2) > 0;
-    tendon->limited = mjcf_is_limited(&e, "limited", has_range, range);
-    tendon->lower = tendon->limited ? range[0] : -INFINITY;
-    tendon->upper = tendon->limited ? range[1] : INFINITY;
+    read_tendon_limits(&e, tendon);
     mjcf_numbers(&e, "stiffness", &tendon->stiffness, 1, 1);
     mjcf_numbers(&e, "damping", &tendon->damping, 1, 1);
     mjcf_numbers(&e, "frictionloss", &tendon->friction, 1, 1);

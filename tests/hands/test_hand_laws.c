@@ -127,6 +127,38 @@ static void test_lengths_at_which_tendons_rest(void **state)
     }
 }
 
+/* What a tendon's actuatorfrcrange lets its drive do: a torque or a position far off move the finger by it. */
+static void test_bounds_of_the_forces_of_tendons(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *bound, *drive;
+        double force;
+    } cases[] = {
+        {"", "motor", 0.4},
+        {"actuatorfrcrange='-0.01 0.01'", "motor", 0.01},
+        {"actuatorfrcrange='-0.01 0.01'", "position kp='1000'", 0.01},
+        {"actuatorfrcrange='-0.02 0.01'", "motor", 0.02}, /* the larger side */
+        {"actuatorfrcrange='-0.01 0.01' actuatorfrclimited='false'", "motor", 0.4},
+        {"actuatorfrcrange='-0.01 0.01'", "motor forcerange='-0.005 0.005'", 0.005},
+        {"actuatorfrcrange='-0.01 0.01'", "motor forcerange='-0.05 0.05'", 0.01},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char more[384];
+        snprintf(more, sizeof more,
+                 "<tendon><fixed name='tendon' %s><joint joint='joint' coef='0.1'/></fixed></tendon>"
+                 "<actuator><%s name='drive' tendon='tendon'/></actuator>",
+                 cases[k].bound, cases[k].drive);
+        scene *s;
+        world *w =
+            finger_of("axis='0 1 0'", "0 0 0.1", more, ", \"control\": {\"drive\": {\"target\": 0.4}}", 1e-3, &s);
+        world_run_until(w, 0.1);
+        assert_close(w->hands[0].joints[0].torque, 0.1 * cases[k].force, 1e-12);
+        assert_close(w->hands[0].joints[0].velocity, 0.1 * cases[k].force / 1e-3 * 0.1, 1e-9);
+        end(w, s);
+    }
+}
+
 int main(void)
 {
     dInitODE2(0);
@@ -134,6 +166,7 @@ int main(void)
         cmocka_unit_test(test_a_slide_on_a_palm_that_turns),
         cmocka_unit_test(test_armature_when_the_palm_starts),
         cmocka_unit_test(test_lengths_at_which_tendons_rest),
+        cmocka_unit_test(test_bounds_of_the_forces_of_tendons),
     };
     int failed = cmocka_run_group_tests_name("laws of joints, drives and tendons", tests, NULL, NULL);
     dCloseODE();

@@ -59,7 +59,10 @@ static double file_max_force(const hand *model, const scene_control *c)
     const hand_drive *drive =
         drive_of(model, c->joint >= 0 ? (size_t)c->joint : model->joint_count + (size_t)c->tendon);
     double most = INFINITY;
-    if (c->joint >= 0) most = larger_bound(model->joints[c->joint].least_effort, model->joints[c->joint].effort);
+    if (c->joint >= 0)
+        most = larger_bound(model->joints[c->joint].least_effort, model->joints[c->joint].effort);
+    else
+        most = larger_bound(model->tendons[c->tendon].least_effort, model->tendons[c->tendon].effort);
     if (drive) most = fmin(most, fabs(drive->gear) * larger_bound(drive->least_force, drive->most_force));
     if (drive && drive->type == HAND_MOTOR)
         most = fmin(most, fabs(drive->gear * drive->gain) * larger_bound(drive->least_control, drive->most_control));
