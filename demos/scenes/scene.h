@@ -219,7 +219,7 @@ typedef struct scene_target {
 
 typedef struct scene_control {
     int joint, tendon; /* of the hand's model; one of them is -1 */
-    const char *name;  /* of that joint or tendon; the model's */
+    const char *name;  /* of that joint or tendon, of a further drive its own; the model's */
     scene_control_type type;
     double kp, kd;                    /* >= 0; kp > 0 where a position and kd > 0 where a velocity is controlled */
     double max_force;                 /* > 0; default what the file allows, else INFINITY */
@@ -242,7 +242,7 @@ typedef struct scene_hand {
     scene_drive drive;             /* fixed or path */
     double *start;        /* positions of the joints (rad or m): given, following couplings, closing loops; else the
                            * reference, or the nearest limit */
-    size_t control_count; /* the joints, then the tendons */
+    size_t control_count; /* the joints, then the tendons, then what drives one of these besides */
     scene_control *controls;
     /* The links that can touch something, in the model's order. Of a finger they have name, model, stiffness, damping,
      * friction, torsional_friction and max_force. Where there are several hands the name is "HAND/LINK". */

@@ -285,6 +285,15 @@ static bool read_contacts(static_system *s, char *why)
 
 /* ---- The whole. ---- */
 
+/* A drive by speed that stands beside another one, and that nothing tells to move, only damps. */
+static bool has_no_place(const scene_hand *h, size_t index)
+{
+    const scene_control *c = &h->controls[index];
+    bool moves = index < h->model->joint_count + h->model->tendon_count;
+    for (size_t i = 0; i < c->target_count && !moves; i++) moves = c->target[i].value != 0;
+    return c->type == SCENE_VELOCITY_CONTROL && moves;
+}
+
 /* What stands still only in motion, or moves in a way that the statics have no coordinates for. */
 static bool is_meant(const world *w, char *why)
 {
@@ -296,7 +305,7 @@ static bool is_meant(const world *w, char *why)
     for (int k = 0; k < w->hand_count && !why[0]; k++) {
         const scene_hand *h = w->hands[k].hand;
         for (size_t i = 0; i < h->control_count && !why[0]; i++)
-            if (h->controls[i].type == SCENE_VELOCITY_CONTROL)
+            if (has_no_place(h, i))
                 snprintf(why, 256, "drives by speed (%s), which have no place to stand still", h->controls[i].name);
     }
     return why[0] == '\0';

@@ -1,14 +1,37 @@
 /* Joints, drives and tendons of small hands of MJCF that touch nothing do what their laws say. */
+#define _POSIX_C_SOURCE 200809L
 #include "support/cmocka_all.h"
 #include "support/program.h"
 #include "support/scene_run.h"
 
 #include "hands/hand.h"
 #include "scenes/world/world_hand.h"
+#include "statics/hand_statics.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+
+enum { PRINTED = 8192 };
+
+static void print_to(const scene *s, char *text)
+{
+    FILE *stream = fmemopen(text, PRINTED, "w");
+    assert_non_null(stream);
+    assert_int_equal(scene_print(s, stream), SCENE_OK);
+    fclose(stream);
+}
+
+static void loads_as_printed(const scene *s)
+{
+    char text[PRINTED], second[PRINTED];
+    print_to(s, text);
+    scene *again = scene_from_text(text);
+    print_to(again, second);
+    assert_string_equal(text, second);
+    scene_free(again);
+}
 
 /* A palm without weight, and the finger that `joint` moves: 0.05 kg and 1e-3 kg m^2 at `place`, in the frame of the
  * hand. `more` follows the bodies, `keys` the file of the hand in the scene, `step` is in seconds. */
@@ -29,6 +52,7 @@ static world *finger_of(const char *joint, const char *place, const char *more, 
              " \"hand\": {\"file\": \"%s/finger.xml\"%s}}",
              step, folder, keys);
     *s = scene_from_text(text);
+    loads_as_printed(*s);
     program_remove_folder(folder);
     return world_of(*s);
 }
@@ -38,6 +62,12 @@ static void end(world *w, scene *s)
     assert_true(fabs(w->ledger.closure) <= 1e-9 * w->ledger.work_size);
     world_free(w);
     scene_free(s);
+}
+
+static void must_not_be_called(void *context, const char *text)
+{
+    (void)context;
+    fail_msg("not expressed: %s", text);
 }
 
 /* A finger on a slide, with and without armature, is carried round by a palm that turns steadily: the joint rests, and
@@ -159,14 +189,122 @@ static void test_bounds_of_the_forces_of_tendons(void **state)
     }
 }
 
+#define POSITION(name, gains) "<position name='" name "' joint='joint' " gains "/>"
+#define VELOCITY(name, gains) "<velocity name='" name "' joint='joint' " gains "/>"
+
+/* What several actuators of one joint or tendon do adds up, whatever their order; a scene names each. `torque` is what
+ * all of them do after two seconds, when the finger rests or goes at the speed of a drive. */
+static void test_several_drives_of_a_joint(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *drives, *control;
+        double position, velocity, torque; /* position INFINITY: it moves on */
+    } cases[] = {
+        {POSITION("p", "kp='1'") VELOCITY("v", "kv='0.05'"), "\"p\": {\"target\": 0.5}", 0.5, 0, 0},
+        {VELOCITY("v", "kv='0.05'") POSITION("p", "kp='1'"), "\"joint\": {\"target\": 0.5}", 0.5, 0, 0},
+        {VELOCITY("v", "kv='0.05'") POSITION("p", "kp='1'"), "\"*\": {\"target\": 0.5}", 0.5, 0, 0},
+        {VELOCITY("joint", "kv='0.05'") POSITION("p", "kp='1'"), "\"joint\": {\"target\": 0.5}", 0.5, 0, 0},
+        {POSITION("p", "kp='1'") VELOCITY("v", "kv='0.1'"), "\"p\": {\"target\": 0.5}, \"v\": {\"target\": 2}", 0.7, 0,
+         0},
+        {"<motor name='m' joint='joint'/>" VELOCITY("v", "kv='0.05'"), "\"m\": {\"target\": 0.02}", INFINITY, 0.4, 0},
+        {"<motor name='m' joint='joint' gear='2'/>" POSITION("p", "kp='1' kv='0.05'"),
+         "\"p\": {\"target\": 0.5}, \"m\": {\"target\": 0.1}", 0.6, 0, 0},
+        {POSITION("p", "kp='1' kv='0.05'") POSITION("q", "kp='3' kv='0.05'"),
+         "\"p\": {\"target\": 0.5}, \"q\": {\"target\": 0.1}", 0.2, 0, 0},
+        {POSITION("p", "kp='1' kv='0.05'") POSITION("q", "kp='30' kv='0.05' forcerange='-0.2 0.2'"),
+         "\"p\": {\"target\": 0.5}, \"q\": {\"target\": 9}", 0.7, 0, 0},
+        {POSITION("p", "kp='1'") "<general joint='joint' biastype='affine' biasprm='0 -1 -0.05' gainprm='1'/>",
+         "\"p\": {\"target\": 0.5}", 0.25, 0, 0},
+        {"<position name='p' tendon='tendon' kp='25' kv='1'/><motor name='m' tendon='tendon'/>" VELOCITY("v",
+                                                                                                         "kv='0.1'"),
+         "\"tendon\": {\"target\": 0.1}, \"m\": {\"target\": 1}", 0.7, 0, 0},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char more[640], keys[256];
+        snprintf(
+            more, sizeof more,
+            "<tendon><fixed name='tendon'><joint joint='joint' coef='0.2'/></fixed></tendon><actuator>%s</actuator>",
+            cases[k].drives);
+        snprintf(keys, sizeof keys, ", \"control\": {%s}", cases[k].control);
+        scene *s;
+        world *w = finger_of("axis='0 1 0'", "0 0 0.1", more, keys, 1e-3, &s);
+        world_run_until(w, 3);
+        const world_joint *j = &w->hands[0].joints[0];
+        if (isfinite(cases[k].position)) assert_close(j->position, cases[k].position, 1e-9);
+        assert_close(j->velocity, cases[k].velocity, 1e-9);
+        assert_close(j->torque, cases[k].torque, 1e-9);
+        world_hand_not_expressed(w, must_not_be_called, NULL);
+        end(w, s);
+    }
+}
+
+/* On its way, a joint with a drive to a position and one that damps moves as with one that does both. In the statics
+ * the damper does nothing; one that is told to move has no place to stand still. */
+static void test_a_damper_beside_a_position(void **state)
+{
+    (void)state;
+    static const char *const drives[] = {POSITION("p", "kp='1' kv='0.03'"),
+                                         POSITION("p", "kp='1'") VELOCITY("v", "kv='0.03'")};
+    double position[2], velocity[2], torque[2];
+    for (int k = 0; k < 2; k++) {
+        char more[256];
+        snprintf(more, sizeof more, "<actuator>%s</actuator>", drives[k]);
+        scene *s;
+        world *w = finger_of("axis='0 1 0'", "0 0 0.1", more, ", \"control\": {\"p\": {\"target\": 0.5}}", 1e-3, &s);
+        world_run_until(w, 0.05);
+        position[k] = w->hands[0].joints[0].position;
+        velocity[k] = w->hands[0].joints[0].velocity;
+        torque[k] = w->hands[0].joints[0].torque;
+        hand_statics x;
+        assert_true(hand_statics_solve(s, 0.05, &x));
+        assert_close(x.joints[0].position, 0.5, 1e-9);
+        hand_statics_free(&x);
+        end(w, s);
+    }
+    assert_close(position[1], position[0], 1e-12);
+    assert_close(velocity[1], velocity[0], 1e-11);
+    assert_close(torque[1], torque[0], 1e-11);
+}
+
+static void keep_text(void *context, const char *text)
+{
+    snprintf(context, 256, "%s", text);
+}
+
+/* What bounds all drives of a joint together bounds each of them; where that differs, it is said. */
+static void test_a_bound_of_several_drives(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *ranges[2];
+        bool differs;
+    } cases[] = {{{"", ""}, true}, {{"forcerange='-1 1'", "forcerange='-1 1'"}, false}};
+    for (int k = 0; k < 2; k++) {
+        char more[512], told[256] = "";
+        snprintf(more, sizeof more,
+                 "<actuator><motor name='m' joint='joint' %s/><motor name='n' joint='joint' %s/></actuator>",
+                 cases[k].ranges[0], cases[k].ranges[1]);
+        scene *s;
+        world *w = finger_of("axis='0 1 0' actuatorfrcrange='-2 2'", "0 0 0.1", more,
+                             ", \"control\": {\"m\": {\"target\": 0.5}, \"n\": {\"target\": 0.25}}", 1e-3, &s);
+        world_run_until(w, 0.01);
+        assert_close(w->hands[0].joints[0].torque, 0.75, 1e-12);
+        world_hand_not_expressed(w, keep_text, told);
+        assert_string_equal(
+            told, cases[k].differs ? "joint: the bound of all its drives together (each has it for itself)" : "");
+        end(w, s);
+    }
+}
+
 int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_slide_on_a_palm_that_turns),
-        cmocka_unit_test(test_armature_when_the_palm_starts),
-        cmocka_unit_test(test_lengths_at_which_tendons_rest),
-        cmocka_unit_test(test_bounds_of_the_forces_of_tendons),
+        cmocka_unit_test(test_a_slide_on_a_palm_that_turns),  cmocka_unit_test(test_armature_when_the_palm_starts),
+        cmocka_unit_test(test_lengths_at_which_tendons_rest), cmocka_unit_test(test_bounds_of_the_forces_of_tendons),
+        cmocka_unit_test(test_several_drives_of_a_joint),     cmocka_unit_test(test_a_damper_beside_a_position),
+        cmocka_unit_test(test_a_bound_of_several_drives),
     };
     int failed = cmocka_run_group_tests_name("laws of joints, drives and tendons", tests, NULL, NULL);
     dCloseODE();

@@ -212,7 +212,7 @@ static json_t *hand_json(const scene_hand *h, bool *good)
     put(base, good, "drive", drive_json(&h->drive, good));
     for (size_t i = 0; i < h->model->joint_count; i++) put_number(joints, good, h->model->joints[i].name, h->start[i]);
     for (size_t i = 0; i < h->control_count; i++)
-        if (h->controls[i].type != SCENE_UNDRIVEN)
+        if (h->controls[i].type != SCENE_UNDRIVEN && !json_object_get(control, h->controls[i].name))
             put(control, good, h->controls[i].name, control_json(&h->controls[i], good));
     for (size_t i = 0; i < h->link_count; i++)
         put(contacts, good, h->link_of[i] < 0 ? "world" : h->model->links[h->link_of[i]].name,

@@ -14,21 +14,62 @@ const char *scene_control_name(scene_control_type type)
     return type == SCENE_UNDRIVEN ? "none" : control_names[type - SCENE_POSITION_CONTROL];
 }
 
-/* ---- What a rule may be for: the joints, then the tendons. ---- */
+/* ---- What a rule may be for: the joints, then the tendons, then the further drives of either. ---- */
+
+static size_t places(const hand *model)
+{
+    return model->joint_count + model->tendon_count;
+}
+
+/* The joint or tendon that a drive moves. */
+static size_t place_of(const hand *model, const hand_drive *drive)
+{
+    return drive->joint >= 0 ? (size_t)drive->joint : model->joint_count + (size_t)drive->tendon;
+}
+
+static bool has_place(const hand_drive *drive)
+{
+    return drive->type == HAND_POSITION || (drive->type == HAND_AFFINE && drive->bias[1] < 0);
+}
+
+/* The drive of a joint or tendon that goes by its name: the first one to a position, else the first. */
+static const hand_drive *main_drive(const hand *model, size_t place)
+{
+    const hand_drive *first = NULL;
+    for (size_t i = 0; i < model->drive_count; i++) {
+        const hand_drive *drive = &model->drives[i];
+        if (place_of(model, drive) != place) continue;
+        if (has_place(drive)) return drive;
+        if (!first) first = drive;
+    }
+    return first;
+}
+
+static bool is_further(const hand *model, const hand_drive *drive)
+{
+    return main_drive(model, place_of(model, drive)) != drive;
+}
+
+static size_t further_drives(const hand *model)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < model->drive_count; i++) count += is_further(model, &model->drives[i]);
+    return count;
+}
 
 static const hand_drive *drive_of(const hand *model, size_t index)
 {
-    for (size_t i = 0; i < model->drive_count; i++) {
-        const hand_drive *drive = &model->drives[i];
-        bool of_joint = index < model->joint_count && drive->joint == (int)index;
-        if (of_joint || (drive->tendon >= 0 && (size_t)drive->tendon + model->joint_count == index)) return drive;
-    }
+    if (index < places(model)) return main_drive(model, index);
+    index -= places(model);
+    for (size_t i = 0; i < model->drive_count; i++)
+        if (is_further(model, &model->drives[i]) && index-- == 0) return &model->drives[i];
     return NULL;
 }
 
 static const char *name_of(const void *things, size_t index)
 {
     const hand *model = things;
+    if (index >= places(model)) return drive_of(model, index)->name;
     return index < model->joint_count ? model->joints[index].name : model->tendons[index - model->joint_count].name;
 }
 
@@ -38,11 +79,20 @@ static const char *name_of_drive(const void *things, size_t index)
     return drive ? drive->name : NULL;
 }
 
-/* A file that names its drives says what is driven. Of one without drives all joints are that follow no other. */
+/* A further drive whose name is that of a joint or tendon, too, is left as the file has it: the name is the other's. */
+static bool has_own_name(const hand *model, size_t index)
+{
+    for (size_t i = 0; index >= places(model) && i < places(model); i++)
+        if (strcmp(name_of(model, i), name_of(model, index)) == 0) return false;
+    return true;
+}
+
+/* A file that names its drives says what is driven. Of one without drives all joints are that follow no other. What a
+ * glob says is meant for one drive of each joint. */
 static bool by_name_only(const void *things, size_t index)
 {
     const hand *model = things;
-    if (drive_of(model, index)) return false;
+    if (drive_of(model, index)) return index >= places(model);
     return model->drive_count > 0 || index >= model->joint_count || model->joints[index].coupling >= 0;
 }
 
@@ -53,11 +103,9 @@ static double larger_bound(double least, double most)
     return fmax(fabs(least), fabs(most));
 }
 
-/* The largest force that the file allows on the joint or tendon. */
-static double file_max_force(const hand *model, const scene_control *c)
+/* The largest force that the file allows the drive on its joint or tendon; NULL: a drive of the scene's own. */
+static double file_max_force(const hand *model, const hand_drive *drive, const scene_control *c)
 {
-    const hand_drive *drive =
-        drive_of(model, c->joint >= 0 ? (size_t)c->joint : model->joint_count + (size_t)c->tendon);
     double most = INFINITY;
     if (c->joint >= 0)
         most = larger_bound(model->joints[c->joint].least_effort, model->joints[c->joint].effort);
@@ -96,7 +144,7 @@ static void control_from_file(const hand *model, const hand_drive *drive, scene_
 {
     double square = drive->gear * drive->gear;
     bool affine = drive->type == HAND_AFFINE;
-    c->max_force = file_max_force(model, c);
+    c->max_force = file_max_force(model, drive, c);
     c->kp = square * (affine ? fmax(-drive->bias[1], 0) : drive->kp);
     c->kd = square * (affine ? fmax(-drive->bias[2], 0) : drive->kd);
     if (drive->type == HAND_POSITION || (affine && c->kp > 0)) {
@@ -146,7 +194,7 @@ static bool read_target(const scene_node *rule, scene_control *c)
 }
 
 /* A rule of the same type goes on with what less specific ones have said; one of another type begins anew. */
-static bool read_rule(const scene_node *rule, const hand *model, scene_control *c)
+static bool read_rule(const scene_node *rule, const hand *model, const hand_drive *drive, scene_control *c)
 {
     scene_node type = scene_member(rule, "type");
     int number = c->type - SCENE_POSITION_CONTROL;
@@ -158,7 +206,7 @@ static bool read_rule(const scene_node *rule, const hand *model, scene_control *
         c->kp = c->kd = 0;
         c->least_target = -INFINITY;
         c->most_target = INFINITY;
-        c->max_force = file_max_force(model, c);
+        c->max_force = file_max_force(model, drive, c);
         free(c->target);
         c->target = NULL;
         c->target_count = 0;
@@ -199,7 +247,7 @@ bool scene_read_controls(const scene_node *node, scene_hand *h)
 {
     const hand *model = h->model;
     scene_node list = scene_member(node, "control");
-    size_t count = model->joint_count + model->tendon_count;
+    size_t count = places(model) + further_drives(model);
     scene_rules rules = {model, count, name_of, name_of_drive, by_name_only, "joint, tendon or actuator"};
     h->controls = calloc(count + 1, sizeof *h->controls);
     if (!h->controls) return scene_refuse_memory(node->reader);
@@ -209,18 +257,20 @@ bool scene_read_controls(const scene_node *node, scene_hand *h)
     for (size_t i = 0; i < count; i++) {
         scene_control *c = &h->controls[i];
         const hand_drive *drive = drive_of(model, i);
-        bool is_joint = i < model->joint_count;
-        *c = (scene_control){.joint = is_joint ? (int)i : -1,
-                             .tendon = is_joint ? -1 : (int)(i - model->joint_count),
+        size_t place = i < places(model) ? i : place_of(model, drive);
+        bool is_joint = place < model->joint_count;
+        *c = (scene_control){.joint = is_joint ? (int)place : -1,
+                             .tendon = is_joint ? -1 : (int)(place - model->joint_count),
                              .name = name_of(model, i),
                              .max_force = INFINITY,
                              .least_target = -INFINITY,
                              .most_target = INFINITY};
         if (drive) control_from_file(model, drive, c);
         const char *last = NULL;
-        for (const char *key = NULL; list.value && (key = scene_rule_after(&list, &rules, i, key)); last = key) {
+        bool ruled = list.value && has_own_name(model, i);
+        for (const char *key = NULL; ruled && (key = scene_rule_after(&list, &rules, i, key)); last = key) {
             scene_node rule = scene_member(&list, key);
-            if (!read_rule(&rule, model, c)) return false;
+            if (!read_rule(&rule, model, drive, c)) return false;
         }
         if ((last && !check_gains(&list, last, c)) || !complete_target(node, h, c)) return false;
     }

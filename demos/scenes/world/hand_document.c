@@ -48,28 +48,35 @@ static double place_of(const world *w, const world_tie *t)
     return pulls ? t->law.target + t->offset : NAN;
 }
 
-/* What drives or ties several joints at once. */
+static const char *name_of_tie(const world_hand *h, const world_tie *t)
+{
+    const hand *model = h->hand->model;
+    if (t->is_further) return t->control->name;
+    return t->tendon < 0 ? h->joints[t->joint[0]].of->name : model->tendons[t->tendon].name;
+}
+
+static const char *type_of_tie(const world_tie *t)
+{
+    if (t->control) return "drive";
+    if (t->tendon < 0) return "mimic";
+    return t->is_friction ? "friction" : "spring";
+}
+
+/* What drives or ties several joints at once, and what drives one besides its first drive. */
 json_t *world_tie_documents(const world *w)
 {
     json_t *list = json_array();
     for (int k = 0; k < w->hand_count; k++) {
         for (int i = 0; i < w->hands[k].tie_count; i++) {
             const world_tie *t = &w->hands[k].ties[i];
-            const hand *model = w->hands[k].hand->model;
             double x = 0;
             for (int j = 0; j < t->terms; j++) x += t->factor[j] * w->hands[k].joints[t->joint[j]].position;
-            bool rigid = t->tendon < 0;
-            char *name = world_name_of_hand(
-                w, &w->hands[k], rigid ? w->hands[k].joints[t->joint[0]].of->name : model->tendons[t->tendon].name);
-            (void)json_array_append_new(list,
-                                        json_pack("{s:s?, s:s, s:o, s:o, s:o, s:b}", "name", name, "type",
-                                                  rigid                ? "mimic"
-                                                  : t->control != NULL ? "drive"
-                                                  : t->is_friction     ? "friction"
-                                                                       : "spring",
-                                                  "position", json_number(x), "target", json_number(place_of(w, t)),
-                                                  "force", json_number(w->plugin ? t->force : NAN), "saturated",
-                                                  t->control && fabs(t->force) >= t->control->max_force));
+            char *name = world_name_of_hand(w, &w->hands[k], name_of_tie(&w->hands[k], t));
+            (void)json_array_append_new(list, json_pack("{s:s?, s:s, s:o, s:o, s:o, s:b}", "name", name, "type",
+                                                        type_of_tie(t), "position", json_number(x), "target",
+                                                        json_number(place_of(w, t)), "force",
+                                                        json_number(w->plugin ? t->force : NAN), "saturated",
+                                                        t->control && fabs(t->force) >= t->control->max_force));
             free(name);
         }
     }

@@ -191,10 +191,12 @@ static void drive_tie_by_pinch(world *w, const world_hand *h, world_tie *t, doub
     if (c || t->dissipates) (void)pinch_ode_set_coupling(w->plugin, t->coupling, &t->law);
 }
 
-/* ODE gets motors of the single joints: of a mimic one that follows, of a tendon one for each joint. */
+/* ODE gets motors of the single joints: of a mimic one that follows, of a tendon one for each joint. A joint has no
+ * second one. */
 static void drive_tie_by_ode(const world *w, const world_hand *h, const world_tie *t, double t1)
 {
     double h_step = w->scene->step, squares = 0, x = tie_position(h, t);
+    if (t->is_further) return;
     for (int i = 0; i < t->terms; i++) squares += t->factor[i] * t->factor[i];
     if (t->tendon < 0) {
         const world_joint *j = &h->joints[t->joint[0]];

@@ -107,20 +107,32 @@ static world_tie *new_tendon(world_hand *h, size_t index)
     return t;
 }
 
-/* A drive, a spring with a damper, and dry friction are a tie each. What drives by torque needs none. */
+/* What drives by torque needs no row. */
+static world_status add_drive(world *w, const world_hand *h, world_tie *t, const scene_control *control)
+{
+    t->control = control;
+    t->law.kp = control->kp;
+    t->law.kd = control->kd;
+    t->law.max_force = control->max_force;
+    return control->type == SCENE_TORQUE_CONTROL ? WORLD_OK : make_tie(w, h, t);
+}
+
+/* The forces of several drives add up, each within its own bound. */
+static world_status add_further_drive(world *w, world_hand *h, const scene_control *control)
+{
+    world_tie *t = control->joint >= 0 ? new_tie(h) : new_tendon(h, (size_t)control->tendon);
+    if (control->joint >= 0) add_term(h, t, control->joint, 1);
+    t->is_further = true;
+    return add_drive(w, h, t, control);
+}
+
+/* A drive, a spring with a damper, and dry friction are a tie each. */
 static world_status add_tendon(world *w, world_hand *h, size_t index)
 {
     const hand_tendon *tendon = &h->hand->model->tendons[index];
     const scene_control *control = &h->hand->controls[h->hand->model->joint_count + index];
     world_status status = WORLD_OK;
-    if (control->type != SCENE_UNDRIVEN) {
-        world_tie *t = new_tendon(h, index);
-        t->control = control;
-        t->law.kp = control->kp;
-        t->law.kd = control->kd;
-        t->law.max_force = control->max_force;
-        if (control->type != SCENE_TORQUE_CONTROL) status = make_tie(w, h, t);
-    }
+    if (control->type != SCENE_UNDRIVEN) status = add_drive(w, h, new_tendon(h, index), control);
     if (status == WORLD_OK && (tendon->stiffness > 0 || tendon->damping > 0)) {
         world_tie *t = new_tendon(h, index);
         t->dissipates = true;
@@ -142,8 +154,9 @@ static world_status add_tendon(world *w, world_hand *h, size_t index)
 world_status world_add_hand_rows(world *w, world_hand *h)
 {
     const hand *model = h->hand->model;
+    size_t places = model->joint_count + model->tendon_count, further = h->hand->control_count - places;
     world_status status = WORLD_OK;
-    h->ties = calloc(model->coupling_count + 3 * model->tendon_count + 1, sizeof *h->ties);
+    h->ties = calloc(model->coupling_count + 3 * model->tendon_count + further + 1, sizeof *h->ties);
     if (!h->ties) return WORLD_NO_MEMORY;
     for (int i = 0; i < h->joint_count && status == WORLD_OK; i++) {
         world_joint *j = &h->joints[i];
@@ -158,6 +171,8 @@ world_status world_add_hand_rows(world *w, world_hand *h)
     for (size_t i = 0; i < model->coupling_count && status == WORLD_OK; i++)
         status = add_mimic(w, h, &model->couplings[i]);
     for (size_t i = 0; i < model->tendon_count && status == WORLD_OK; i++) status = add_tendon(w, h, i);
+    for (size_t i = 0; i < further && status == WORLD_OK; i++)
+        status = add_further_drive(w, h, &h->hand->controls[places + i]);
     return status;
 }
 
@@ -170,6 +185,33 @@ static void report_part(const world *w, const world_hand *h, const char *name, c
     report(context, text);
 }
 
+/* MuJoCo bounds what all drives of a joint or tendon do together; here each has the bound for itself. */
+static void report_drives(const world *w, const world_hand *h, void (*report)(void *context, const char *text),
+                          void *context)
+{
+    const scene_hand *of = h->hand;
+    size_t places = of->model->joint_count + of->model->tendon_count;
+    for (size_t i = 0; i < places; i++) {
+        const scene_control *first = &of->controls[i];
+        const hand_joint *j = first->joint >= 0 ? &of->model->joints[first->joint] : NULL;
+        const hand_tendon *t = j ? NULL : &of->model->tendons[first->tendon];
+        double bound = j ? fmax(fabs(j->least_effort), fabs(j->effort)) : fmax(fabs(t->least_effort), fabs(t->effort));
+        double most = first->max_force;
+        int further = 0;
+        for (size_t k = places; k < of->control_count; k++) {
+            const scene_control *c = &of->controls[k];
+            if (c->joint != first->joint || c->tendon != first->tendon) continue;
+            most += c->max_force;
+            further++;
+            if (!w->plugin && c->type != SCENE_TORQUE_CONTROL)
+                report_part(w, h, c->name, "a further drive of what has a motor", report, context);
+        }
+        if (further > 0 && isfinite(bound) && most > bound)
+            report_part(w, h, first->name, "the bound of all its drives together (each has it for itself)", report,
+                        context);
+    }
+}
+
 void world_hand_not_expressed(const world *w, void (*report)(void *context, const char *text), void *context)
 {
     bool ode = !w->plugin;
@@ -180,6 +222,7 @@ void world_hand_not_expressed(const world *w, void (*report)(void *context, cons
             snprintf(text, sizeof text, "%s: %s of the file", w->hands[k].hand->name, model->unmodelled[i].what);
             report(context, text);
         }
+        report_drives(w, &w->hands[k], report, context);
         int bounded = 0;
         for (size_t i = 0; i < model->joint_count; i++) bounded += isfinite(model->joints[i].velocity);
         if (bounded > 0) {

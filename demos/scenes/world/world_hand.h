@@ -38,16 +38,18 @@ typedef struct world_joint {
     bool at_limit, saturated;
 } world_joint;
 
-/* A tendon with what drives it, a tie between joints (mimic), or a tendon's own spring and friction. */
+/* A tendon with what drives it, a tie between joints (mimic), a tendon's own spring and friction, or what drives a
+ * joint or a tendon besides its first drive. */
 typedef struct world_tie {
     int coupling;
-    int tendon; /* -1: a rigid tie */
+    int tendon; /* -1: a rigid tie, or a further drive of a joint */
     int terms;
     int joint[SCENE_TENDON_JOINTS];
     double factor[SCENE_TENDON_JOINTS];
     double offset; /* of the hand's x against that of the coupling */
     pinch_servo law;
     const scene_control *control; /* NULL: none */
+    bool is_further;              /* a drive of what has another one */
     double position, force;       /* x at the start of the step, and the force in it */
     bool dissipates, is_friction; /* a damper; dry friction, which holds x where it is */
 } world_tie;
