@@ -156,9 +156,8 @@ static grasp_quality_status find_hull(const cloud *c, hull_answer *a)
 
 static double exact_support(const wrench_space *s, const double *d)
 {
-    double w[WRENCH_MOST], largest = 0.0;
-    for (int i = 0; i < s->count; i++) largest = fmax(largest, wrench_space_support(s, i, d, w));
-    return largest;
+    double w[WRENCH_MOST];
+    return fmax(0.0, wrench_space_reach(s, d, w)); /* no force at all is in the set, too */
 }
 
 /* The true bodies reach further than a facet of the hull in its direction. Their points there become points of the
@@ -193,7 +192,8 @@ static void take_bounds(const wrench_space *s, const hull_answer *a, grasp_quali
 
 /* Each hull lies within the wrench space, so that its nearest facet bounds epsilon from below. The support of the exact
  * cones along any facet's normal bounds it from above. Where the two differ, the space bulges out beyond the facet, and
- * its points there refine the hull (a cutting-plane method on the polar body). */
+ * its points there refine the hull (a cutting-plane method on the polar body). That goes for the first hull, too, where
+ * it leaves the origin out: the space may have it. */
 static grasp_quality_status find(cloud *c, const grasp_quality_settings *settings, grasp_quality *q)
 {
     const double rounding = 64 * DBL_EPSILON;
@@ -202,18 +202,24 @@ static grasp_quality_status find(cloud *c, const grasp_quality_settings *setting
     grasp_quality_status status = find_hull(c, &a);
     if (status != GRASP_QUALITY_FINE) return status;
     q->volume = a.volume;
+    q->points = c->count;
     q->epsilon_upper = INFINITY;
+    if (a.volume > 0.0 && !(a.near[0].distance > rounding) && wrench_space_lacks(c->space, rounding, q->weakest)) {
+        q->epsilon_upper = 0.0;
+        return GRASP_QUALITY_FINE;
+    }
     for (;;) {
         take_bounds(c->space, &a, q);
         q->points = c->count;
-        if (!(q->epsilon > rounding)) break; /* some wrench has no support at all */
+        if (!(q->epsilon_upper > rounding)) break; /* some wrench has no support at all */
         if (q->epsilon_upper - q->epsilon <= tolerance * q->epsilon_upper || c->count >= settings->most_points) break;
         int added = refine(c, &a, q->epsilon_upper, tolerance);
         if (added < 0) return GRASP_QUALITY_NO_MEMORY;
         /* what Qhull cannot tell from a hull of fewer points ends the search with the bounds that there are */
         if (added == 0 || find_hull(c, &a) != GRASP_QUALITY_FINE || !(a.volume > 0.0)) break;
     }
-    if (q->epsilon <= rounding) q->epsilon = q->epsilon_upper = 0.0;
+    if (q->epsilon <= rounding) q->epsilon = 0.0;
+    if (q->epsilon_upper <= rounding) q->epsilon_upper = 0.0;
     return GRASP_QUALITY_FINE;
 }
 

@@ -2,6 +2,7 @@
 #define PINCH_GRASP_QUALITY_H
 
 #include <pinch/statics.h>
+#include <stdbool.h>
 
 /* The qualities of Ferrari and Canny (1992) of a grasp: the largest ball about the origin that lies in the grasp wrench
  * space, and the volume of that space. Both are of one newton of normal force in all, whatever the closings are. */
@@ -22,7 +23,8 @@ typedef struct grasp_quality {
     int points; /* of the hull, after the refinement */
     /* The least wrench (N for each newton, torques over the radius) that the grasp cannot exert lies between these two.
      * The first holds by the hull, which lies within the wrench space, and the second by the exact friction cones in
-     * the weakest direction. Both are 0 where some wrench cannot be exerted at all. */
+     * the weakest direction. Both are 0 where it is proved that some wrench cannot be exerted at all; a lower bound of
+     * 0 beside an upper one that is larger leaves that open. */
     double epsilon, epsilon_upper;
     double volume;               /* of the hull with these faces, a lower bound of the wrench space's */
     double weakest[WRENCH_MOST]; /* unit: the direction of wrenches in which epsilon_upper is reached */
@@ -79,6 +81,13 @@ wrench_space wrench_space_of(const pinch_grasp *grasp);
 
 /* How far contact i reaches in the direction d, the largest d . w of its wrenches w, and in `w` such a wrench. */
 double wrench_space_support(const wrench_space *s, int i, const double d[WRENCH_MOST], double w[WRENCH_MOST]);
+
+/* The same of all contacts: the furthest reach, < 0 where all wrenches point away from d, and such a wrench. */
+double wrench_space_reach(const wrench_space *s, const double d[WRENCH_MOST], double w[WRENCH_MOST]);
+
+/* Looks for a direction d (unit) in which no contact reaches further than `most` (>= 0, about 0): no force of the
+ * contacts gives a wrench there. False: none was found, which is no proof that there is none. */
+bool wrench_space_lacks(const wrench_space *s, double most, double d[WRENCH_MOST]);
 
 /* The number of wrenches that stand for a contact's cone with this many faces. */
 int wrench_space_generators(const wrench_space *s, int i, int faces);

@@ -4,6 +4,7 @@
 #include "common/vector.h"
 
 #include <math.h>
+#include <string.h>
 
 wrench_space wrench_space_of(const pinch_grasp *grasp)
 {
@@ -62,6 +63,41 @@ double wrench_space_support(const wrench_space *s, int i, const double d[WRENCH_
     for (int k = 0; k < 3; k++) t[k] = size > 0.0 ? axes[k] * scaled[k] / size : 0.0;
     wrench_of(s, f, t, w);
     return bare + size;
+}
+
+double wrench_space_reach(const wrench_space *s, const double d[WRENCH_MOST], double w[WRENCH_MOST])
+{
+    double furthest = -INFINITY, own[WRENCH_MOST];
+    for (int i = 0; i < s->count; i++) {
+        double reach = wrench_space_support(s, i, d, own);
+        if (reach <= furthest) continue;
+        furthest = reach;
+        memcpy(w, own, sizeof own);
+    }
+    return furthest;
+}
+
+/* Gilbert's method: of the segment from the point so far to the furthest wrench the other way, the point nearest to the
+ * origin comes next. Where the wrenches of 1 N in all leave the origin out, a plane parts it from them in the end. */
+bool wrench_space_lacks(const wrench_space *s, double most, double d[WRENCH_MOST])
+{
+    enum { STEPS = 2000 };
+    double x[WRENCH_MOST] = {0}, w[WRENCH_MOST] = {0};
+    wrench_space_reach(s, w, x);
+    for (int step = 0; step < STEPS; step++) {
+        double size = 0.0, along = 0.0, way = 0.0;
+        for (int j = 0; j < s->dimension; j++) size += x[j] * x[j];
+        if (!(size > 0.0)) return false;
+        for (int j = 0; j < s->dimension; j++) d[j] = -x[j] / sqrt(size);
+        if (wrench_space_reach(s, d, w) <= most) return true;
+        for (int j = 0; j < s->dimension; j++) {
+            along += x[j] * (x[j] - w[j]);
+            way += (x[j] - w[j]) * (x[j] - w[j]);
+        }
+        double part = way > 0.0 ? fmin(fmax(along / way, 0.0), 1.0) : 0.0;
+        for (int j = 0; j < s->dimension; j++) x[j] += part * (w[j] - x[j]);
+    }
+    return false;
 }
 
 static int rings_of(int faces)

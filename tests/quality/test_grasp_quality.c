@@ -181,6 +181,51 @@ static void test_no_closure(void **state)
     assert_close(q.epsilon_upper, 0, 0);
 }
 
+/* Two soft fingers that miss each other by so much that eight faces leave the origin out of the hull, in some turns of
+ * their tangents. What is found does not depend on where the faces are. */
+static void test_closure_that_few_faces_miss(void **state)
+{
+    (void)state;
+    static const double OFFSET[2] = {0.021711169014015236, 0.00899306066057961};
+    int missed = 0;
+    for (int turn = 0; turn <= 45; turn += 5) {
+        double angle = turn * PI / 180;
+        rig r = {.grasp = {.radius = 0.05 * sqrt(3)}};
+        for (int side = -1; side <= 1; side += 2) {
+            add(&r, PINCH_CONTACT_SOFT, (double[3]){0.05 * side, -OFFSET[0] * side, -OFFSET[1] * side},
+                (double[3]){-side, 0, 0}, 0.5, 0.01);
+            const double tangent[3] = {0, cos(angle), sin(angle)};
+            memcpy(r.fingers[r.grasp.finger_count - 1].tangent1, tangent, sizeof tangent);
+        }
+        missed += quality_of(&r, 8, INFINITY).epsilon == 0;
+        grasp_quality q;
+        grasp_quality_settings settings = grasp_quality_default_settings();
+        assert_int_equal(grasp_quality_find(&r.grasp, &settings, &q), GRASP_QUALITY_FINE);
+        /* the lower bounds of all turns lie below all upper ones */
+        assert_true(q.epsilon >= 0.014 && q.epsilon <= 0.014647);
+        assert_true(q.epsilon_upper >= 0.014548 && q.epsilon_upper <= 0.0153);
+    }
+    assert_true(missed > 0);
+}
+
+/* Fingers that all press upwards from below: no force of theirs points down, which is proved whatever the faces are. */
+static void test_proof_without_closure(void **state)
+{
+    (void)state;
+    rig r = {.grasp = {.radius = 0.05}};
+    for (int i = 0; i < 3; i++) {
+        double angle = 2 * PI * i / 3, wrench[WRENCH_MOST];
+        add(&r, PINCH_CONTACT_SOFT, (double[3]){0.04 * cos(angle), 0.04 * sin(angle), -0.03},
+            (double[3]){-0.6 * cos(angle), -0.6 * sin(angle), 0.8}, 0.6, 0.005);
+        if (i < 2) continue;
+        grasp_quality q = quality_of(&r, 8, 0.01);
+        wrench_space s = wrench_space_of(&r.grasp);
+        assert_close(q.epsilon, 0, 0);
+        assert_close(q.epsilon_upper, 0, 0);
+        assert_true(wrench_space_reach(&s, q.weakest, wrench) <= 0);
+    }
+}
+
 /* ---- The search. ---- */
 
 /* How far the wrench space reaches along d, written out once more, and the wrench there. */
@@ -269,9 +314,12 @@ static void test_search(void **state)
             add(&r, soft ? PINCH_CONTACT_SOFT : PINCH_CONTACT_HARD, point, normal, mu, torsional);
         }
         grasp_quality q = quality_of(&r, 8, 1e-3);
-        if (q.epsilon == 0) continue;
-        closed++;
         double wrench[6];
+        if (q.epsilon == 0) { /* proved by a direction without support, or the bound is one that a direction has */
+            assert_close(fmax(reach(&r, q.weakest, wrench), 0), q.epsilon_upper, 1e-9);
+            continue;
+        }
+        closed++;
         double least = search(&r, &random);
         /* no direction is weaker than the lower bound, and the weakest is the search's to 1e-3 or to the bounds */
         assert_true(least >= q.epsilon * (1 - 1e-9));
@@ -289,6 +337,8 @@ int main(void)
         cmocka_unit_test(test_two_soft_fingers),
         cmocka_unit_test(test_independent_cones),
         cmocka_unit_test(test_no_closure),
+        cmocka_unit_test(test_closure_that_few_faces_miss),
+        cmocka_unit_test(test_proof_without_closure),
         cmocka_unit_test(test_search),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
