@@ -28,7 +28,7 @@ typedef struct dual {
 
 static double limits_of(const pinch_static_model *model, const pinch_static_contact *contact, double *low)
 {
-    double prescribed = model->closing_factor * contact->normal_force;
+    double prescribed = pinch_static_controlled_force(model, contact);
     *low = contact->controlled ? prescribed : 0.0;
     return contact->controlled ? prescribed : contact->max_force;
 }
@@ -159,7 +159,8 @@ pinch_feasibility pinch_static_feasibility(const pinch_static_model *model, cons
     int m = model->freedoms;
     double u[6] = {0}, direction[6], before = 0.0, scale = model->wrench_factor * pinch_norm(model->wrench, m);
     for (int c = 0; c < model->count; c++)
-        if (model->contacts[c].controlled) scale = fmax(scale, model->contacts[c].normal_force);
+        if (model->contacts[c].controlled)
+            scale = fmax(scale, fmin(model->contacts[c].normal_force, model->contacts[c].max_force));
     if (!(scale > 0.0)) return PINCH_FEASIBLE;
     dual problem = {.model = model};
     /* where forces balance, u stays bounded and |R| = alpha |u| vanishes; otherwise u grows as 1/alpha */

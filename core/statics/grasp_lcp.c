@@ -99,7 +99,7 @@ static void add_normal(const pinch_static_model *model, const pinch_static_conta
 {
     if (contact->controlled) {
         for (int j = 0; j < model->freedoms; j++)
-            s->q[at->u + j] -= contact->w[0][j] * model->closing_factor * contact->normal_force;
+            s->q[at->u + j] -= contact->w[0][j] * pinch_static_controlled_force(model, contact);
         return;
     }
     *entry(s, at->normal, at->normal) = 1.0 / contact->k[0];
@@ -129,7 +129,7 @@ static void add_friction(const pinch_static_model *model, const pinch_static_con
         double limit = facet(model, contact, k, nk);
         int row = at->facet + k;
         if (contact->controlled)
-            s->q[row] += limit * model->closing_factor * contact->normal_force;
+            s->q[row] += limit * pinch_static_controlled_force(model, contact);
         else
             *entry(s, row, at->normal) = limit;
         for (int i = 1; i < contact->rows; i++) {
@@ -225,7 +225,7 @@ static void read_finger(const pinch_static_model *model, const lcp_layout *layou
     const pinch_static_contact *contact = &model->contacts[index];
     double w[4];
     pinch_static_displacement(model, contact, z + at.u, w);
-    r[0] = contact->controlled ? model->closing_factor * contact->normal_force : z[at.normal];
+    r[0] = contact->controlled ? pinch_static_controlled_force(model, contact) : z[at.normal];
     slip[0] = slip[1] = slip[2] = 0.0;
     for (int k = 0; k < facet_count(model, contact); k++) {
         double nk[3];

@@ -66,7 +66,7 @@ static void build_contact(const pinch_static_model *model, const pinch_grasp *gr
     pinch_v3_cross(finger->normal, finger->tangent1, tangent2);
     *c = (pinch_static_contact){.rows = rows_of(finger, grasp->planar),
                                 .controlled = finger->force_controlled,
-                                .normal_force = fmin(finger->normal_force, finger->max_force) / model->force,
+                                .normal_force = finger->normal_force / model->force,
                                 .closing = finger->closing * k0 / model->force,
                                 .max_force = finger->max_force / model->force};
     const double *directions[4] = {finger->normal, finger->tangent1, tangent2, finger->normal};
@@ -184,6 +184,11 @@ static bool project(const pinch_static_model *model, const pinch_static_contact 
     return inside && torsion_inside;
 }
 
+double pinch_static_controlled_force(const pinch_static_model *model, const pinch_static_contact *contact)
+{
+    return fmin(model->closing_factor * contact->normal_force, contact->max_force);
+}
+
 pinch_contact_state pinch_static_law(const pinch_static_model *model, const pinch_static_contact *contact,
                                      const double s[4], double r[4], double d[16])
 {
@@ -191,7 +196,7 @@ pinch_contact_state pinch_static_law(const pinch_static_model *model, const pinc
     double slope =
         0.0; /* -dr_n/dw_n; at touching the contact counts as closed, so that a start at rest has stiffness */
     if (contact->controlled) {
-        r[0] = model->closing_factor * contact->normal_force;
+        r[0] = pinch_static_controlled_force(model, contact);
     } else {
         r[0] = fmin(fmax(s[0], 0.0), contact->max_force);
         if (s[0] >= 0.0 && s[0] < contact->max_force) slope = contact->k[0];

@@ -15,7 +15,7 @@ typedef struct pinch_static_contact {
     double w[4][6];  /* columns of the grasp matrix: W_n, W_t1, W_t2, W_tau */
     double k[4];     /* kn, kt, kt, ktau */
     double axis[3];  /* semi-axes of the limit surface per unit of r_n: mu, mu, mu_tau */
-    bool controlled; /* r_n = normal_force */
+    bool controlled; /* r_n = normal_force, at most max_force */
     double normal_force;
     double closing;   /* d */
     double max_force; /* INFINITY for none */
@@ -69,6 +69,9 @@ void pinch_static_trial(const pinch_static_model *model, const pinch_static_cont
                         double s[4]);
 void pinch_static_trial_extended(const pinch_static_model *model, const pinch_static_contact *contact,
                                  const pinch_double_double *u, double s[4]);
+
+/* The normal force of a contact under force control. On the way of the closing it grows until the tip yields. */
+double pinch_static_controlled_force(const pinch_static_model *model, const pinch_static_contact *contact);
 
 /* Writes the contact forces r[4] at the trial s[4] and, unless NULL, d[16] = -dr/dw. */
 pinch_contact_state pinch_static_law(const pinch_static_model *model, const pinch_static_contact *contact,

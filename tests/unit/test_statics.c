@@ -278,6 +278,40 @@ static void an_overloaded_pinch_is_infeasible_only_where_nothing_could_hold_it(v
     assert_int_equal(r.solve.status, PINCH_SOLVE_INFEASIBLE);
 }
 
+/* A finger under force control that yields at 6 N presses with the smaller of its share of the force and of that, while
+ * the grasp closes. Two fingers along x hold against a third one that pushes along y, with 2 N from a fifth of its way
+ * on, and a fourth one gives way: where the first presses with 6 N from a tenth of the way on, nothing slips, and the
+ * springs of 1000 N/m share out the 2 N. */
+static void force_control_that_comes_to_a_force_limit(void **state)
+{
+    (void)state;
+    static const double sides[2][2] = {{0, 1}, {0, -1}};
+    test_grasp g;
+    make_pinch(&g, PINCH_CONTACT_HARD, 0.3, 0);
+    g.fingers[0].force_controlled = true;
+    g.fingers[0].normal_force = 60;
+    g.fingers[0].max_force = 6;
+    for (int i = 0; i < 2; i++) g.fingers[i].stiffness[1] = 1000;
+    for (int i = 0; i < 2; i++) {
+        pinch_finger *f = &g.fingers[2 + i];
+        *f = g.fingers[1];
+        f->model = PINCH_CONTACT_FRICTIONLESS;
+        f->point[0] = 0;
+        f->point[1] = -0.02 * sides[i][1];
+        grasp_set_normal(f, sides[i][0], sides[i][1], 0);
+    }
+    g.fingers[2].closing = 0.015;
+    g.fingers[2].max_force = 2;
+    g.grasp.finger_count = 4;
+    pinch_finger_result f[4];
+    pinch_statics_settings settings = pinch_default_statics_settings();
+    pinch_statics_result r = solve(&g, &settings, f);
+    assert_int_equal(r.solve.status, PINCH_SOLVE_CONVERGED);
+    assert_close(f[0].r[0], 6, 1e-12);
+    assert_close(f[3].r[0], 2.0 / 3, 1e-9);
+    for (int i = 0; i < 2; i++) assert_close(hypot(f[i].r[1], f[i].r[2]), 2.0 / 3, 1e-9);
+}
+
 static void force_control_and_force_limits(void **state)
 {
     (void)state;
@@ -559,6 +593,7 @@ int main(void)
         cmocka_unit_test(torsion_ends_at_mu_tau_times_the_squeeze),
         cmocka_unit_test(an_overloaded_pinch_is_infeasible_only_where_nothing_could_hold_it),
         cmocka_unit_test(force_control_and_force_limits),
+        cmocka_unit_test(force_control_that_comes_to_a_force_limit),
         cmocka_unit_test(the_path_differs_from_one_step_and_both_are_verified),
         cmocka_unit_test(forms_and_solvers_agree_on_the_paper_s_examples),
         cmocka_unit_test(cone_projections_are_closest_points),

@@ -13,7 +13,7 @@ extern "C" {
  * points, moments, displacements are about the object's centre of mass. Small displacements u (translation, rotation)
  * of the object from the pose in which every fingertip just touches:
  *
- *     r_n = clamp(kn (closing - w_n), 0, max_force)        or r_n = normal_force (force control)
+ *     r_n = clamp(kn (closing - w_n), 0, max_force)    or r_n = min(normal_force, max_force) (force control)
  *     r_t = -kt (w_t - slip), r_tau = -ktau (w_tau - slip_tau), inside the friction limit
  *     sum W r + wrench = 0
  *
