@@ -49,7 +49,7 @@ static bool may_be_asked(dGeomID geom)
  * within `reach`. */
 static bool surface_below(dGeomID surface, const double *point, const double *out, double reach, double *distance)
 {
-    enum { FEW = 4 };
+    enum { FEW = 16 };
     dContactGeom touched[FEW];
     double centre[3], box[6], radius = 2 * reach, nearest = INFINITY;
     if (!ball) ball = dCreateSphere(NULL, radius);
@@ -84,7 +84,8 @@ static bool is_there(const pinch_kept_points *kept, const pinch_manifold_point *
 {
     static const double REACH = 0.25;                   /* of the merge distance */
     static const double UNEVEN = 1e-3, ROUNDING = 1e-6; /* of the reach; of coordinates, which meshes have as floats */
-    double reach = REACH * kept->merge_distance, depth = p->depth, far = 0;
+    /* colliders put contacts on either surface or between: the anchors are up to half the depth beside them */
+    double near = REACH * kept->merge_distance, reach = near + pinch_larger(p->depth, 0), depth = p->depth, far = 0;
     for (int side = 0; side < 2; side++) {
         const pinch_pose *pose = &kept->pose[side];
         double touching[3], out[3], distance;
@@ -95,7 +96,7 @@ static bool is_there(const pinch_kept_points *kept, const pinch_manifold_point *
         depth -= distance;
         far = pinch_larger(far, largest_coordinate(touching));
     }
-    return depth > -(slack + UNEVEN * reach + ROUNDING * far);
+    return depth > -(slack + UNEVEN * near + ROUNDING * far);
 }
 
 static double distance2(const double *a, const double *b)

@@ -130,6 +130,21 @@ static void swap_points(pinch_detected_point *a, pinch_detected_point *b)
     *b = other;
 }
 
+/* Returns how far (m) twins are apart at most: by the limit, or on either surface by the depth besides. */
+static double reach_of_twins(const pinch_detected_point *points, int count, double limit)
+{
+    static const double MORE = 1.1; /* than the depth: pinch_detected_apart takes it for the depth */
+    double deepest = 0;
+    for (int i = 0; i < count; i++) deepest = fmax(deepest, points[i].depth);
+    return limit + MORE * deepest;
+}
+
+static bool is_within(const double *a, const double *b, double distance)
+{
+    double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
+    return x * x + y * y + z * z <= distance * distance;
+}
+
 /*
  * Where corners of two bodies lie on each other, rounding decides whether a collider returns one point or two, and
  * where an edge goes into a face, whether it returns its end alone or also where it goes through the surface. Each
@@ -140,11 +155,12 @@ static void swap_points(pinch_detected_point *a, pinch_detected_point *b)
 static int leave_out_twins(const pinch_manifold *m, pinch_detected_point *points, int count, double merge_distance)
 {
     static const double TWINS = 0.02; /* of the merge distance */
-    double limit = TWINS * merge_distance;
+    double limit = TWINS * merge_distance, reach = reach_of_twins(points, count, limit);
     int kept = 0;
     for (int i = 0; i < count; i++) {
         pinch_detected_point *point = &points[i], *twin = NULL;
         for (int k = 0; k < kept && !twin; k++) {
+            if (!is_within(point->position, points[k].position, reach)) continue;
             double apart = pinch_detected_apart(point, &points[k]);
             if (apart < limit &&
                 !(apart > 0.5 * limit && is_known(m, point, 0.25 * limit) && is_known(m, &points[k], 0.25 * limit)))
@@ -320,7 +336,8 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_de
         points[i].point = -1;
         pinch_point_anchor(pose, &points[i]);
     }
-    if (!rules->shared) count = leave_out_twins(m, points, count, rules->merge_distance);
+    if (!rules->shared && count <= PINCH_MOST_COMPARED)
+        count = leave_out_twins(m, points, count, rules->merge_distance);
     if (rules->rims_bear_nothing) count = pinch_leave_out_rims(points, count);
     if (count > rules->most_points)
         count = pinch_reduce_points(m, rules->merge_distance, rules->most_points, points, count, detected);

@@ -51,6 +51,8 @@ static double squared_distance(const double *a, const double *b)
 
 /* ---- rims ---- */
 
+static const double NO_DEPTH = 1e-6; /* times the depth of a deep point */
+
 /*
  * Where edges of one body go through the surface of the other, a collider returns a point of no depth. It bears nothing
  * beside one that is deep, and may hide it: at the corners of a mesh that is pressed in, edges come out right above
@@ -59,7 +61,7 @@ static double squared_distance(const double *a, const double *b)
  */
 static bool is_on_rim_around(const pinch_detected_point *deep, const pinch_detected_point *p)
 {
-    static const double NO_DEPTH = 1e-6, FAR = 10; /* times the depth of the deep one */
+    static const double FAR = 10; /* times the depth of the deep one */
     double reach = FAR * deep->depth;
     return p->depth <= NO_DEPTH * deep->depth && deep->depth > 0 &&
            squared_distance(p->normal, deep->normal) <= OTHER_FACE * OTHER_FACE &&
@@ -69,8 +71,12 @@ static bool is_on_rim_around(const pinch_detected_point *deep, const pinch_detec
 int pinch_leave_out_rims(pinch_detected_point *points, int count)
 {
     int others = 0;
+    double deepest = 0;
+    if (count > PINCH_MOST_COMPARED) return count;
+    for (int i = 0; i < count; i++) deepest = fmax(deepest, points[i].depth);
     for (int i = 0; i < count; i++) {
         pinch_detected_point *p = &points[i];
+        if (p->depth > NO_DEPTH * deepest) continue;
         for (int k = 0; k < count && !p->redundant; k++) p->redundant = is_on_rim_around(&points[k], p);
     }
     for (int i = 0; i < count; i++) {

@@ -10,6 +10,9 @@
 
 #include "contacts/manifold.h"
 
+/* Of a pair with more points, none are compared with each other: that would take longer than all else of a step. */
+enum { PINCH_MOST_COMPARED = 512 };
+
 /* Puts points where surfaces only cross, beside deep ones, behind the others, which stay in order. They are redundant
  * then. Returns how many others there are. */
 int pinch_leave_out_rims(pinch_detected_point *points, int count);
