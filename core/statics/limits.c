@@ -139,7 +139,7 @@ static double near_bad(const question *q)
  */
 static void heed_escape(question *q)
 {
-    static const double NEAR = 0.05;
+    static const double NEAR = 0.05; /* paths in steps of other lengths end within a thousandth of each other */
     bool beyond = q->subject == LOAD ? q->guess < (1.0 - NEAR) * q->good : (1.0 - NEAR) * q->guess > q->good;
     if (!guess_is_exact(q) || !beyond) return;
     double good = q->good, bad = q->bad, fails = q->fails;

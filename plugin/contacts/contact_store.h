@@ -84,7 +84,8 @@ typedef struct pinch_pair {
     bool overlaps_deeply;  /* its bodies are in each other rather than in touch: see island_contacts.c */
     double approach_depth; /* how deep its bodies have come into each other by their own motion within a step, m; no
                             * more than they are now */
-    /* m: by how much its bodies have come into each other of late, the less the longer ago; as the last step left it */
+    /* m: by how much its bodies have come into each other of late, the less the longer ago; and as the last step left
+     * it, as a step may fill in its contacts more than once */
     double recent_approach, recent_approach_before;
     pinch_pose_motion posed;        /* where its points have laws of their own */
     double turned[3];               /* rad: how far body 0 turned against body 1 in the last step */

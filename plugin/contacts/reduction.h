@@ -10,7 +10,7 @@
 
 #include "contacts/manifold.h"
 
-/* Of a pair with more points, none are compared with each other: that would take longer than all else of a step. */
+/* Of a pair with more points none are compared with each other: it would take longer than all the rest of a step. */
 enum { PINCH_MOST_COMPARED = 512 };
 
 /* Puts points where surfaces only cross, beside deep ones, behind the others, which stay in order. They are redundant

@@ -156,10 +156,12 @@ static double target_velocity(const pinch_surface *s, dWorldID world, double pus
 
 /*
  * Adds what the bodies come in by in a step, at their velocities before it. A body on a curved path does so in each
- * step, along a tangent of the path: a ball in a bowl, and a disc that rolls on its rim. By erp alone what came in some
- * steps ago would have gone by the time that it is forgotten, and bodies would come apart as fast as they came in. A
- * disc that rocks needs twice that: pushed on one side, it turns and comes in on the other. What has come in within
- * this step alone, or comes apart again, is on no such path, nor what gives way to its force, as in a jam.
+ * step, along a tangent of the path: a ball in a bowl, and a disc that rolls on its rim. What has come in is pushed out
+ * by the part erp in each step, and forgotten by half of that. Bodies that come in at a steady speed may then come
+ * apart at up to twice that speed. A disc that rocks needs it: pushed on one side, it turns and comes in on the other.
+ *
+ * What has come in within this step alone is on no such path, nor is what comes apart again, nor what gives way to its
+ * force, as in a jam.
  */
 static void add_approach(pinch_surface_conditions *conditions, double h, double erp, double depth)
 {

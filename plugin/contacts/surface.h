@@ -22,9 +22,8 @@ typedef struct pinch_surface_conditions {
     double size;            /* of the smaller geom, m */
     double stands_for;      /* how many such contacts the contact stands for */
     double approach;        /* velocity along the normal now, m/s, negative when approaching */
-    double
-        recent_approach; /* by how much the bodies had come in by their own motion of late, m; out: and in this step */
-    double approach_depth; /* how deep they had come in by it at a time, m; out: and have now */
+    double recent_approach; /* by how much bodies have come in of late by their own motion, m; out: with this step */
+    double approach_depth;  /* how deep they have come in by it at a time, m; out: with this step */
     double pose_speed; /* at which the program moves the bodies into each other by their poses, m/s, >= 0; out: 0 where
                         * the overlap that this makes is parted at its own pace soon enough */
     double force;      /* of the contact along the normal in the last step, N */
