@@ -102,20 +102,17 @@ pinch_status pinch_ode_set_body_count(pinch_ode *p, int count)
 
 /* ---- what is handed over ---- */
 
+static pinch_contact_sink sink_of(pinch_ode *p)
+{
+    return (pinch_contact_sink){&p->contacts, &p->context, &p->graph.bodies.drives, &p->stats};
+}
+
 pinch_status pinch_ode_add_contact(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2)
 {
     if (!p || !contact || p->solved) return PINCH_INVALID_ARGUMENT;
     if (p->pool.workers) pinch_expect_step(p);
-    return pinch_buffer_contact(&p->contacts, &p->context, &p->graph.bodies.drives, &p->stats, contact, body1, body2);
-}
-
-static pinch_status take_contacts(void *context, dGeomID geom1, dGeomID geom2, const dContact *contacts, int count)
-{
-    dBodyID body1 = dGeomGetBody(geom1), body2 = dGeomGetBody(geom2);
-    pinch_status status = PINCH_OK;
-    for (int k = 0; k < count && status == PINCH_OK; k++)
-        status = pinch_ode_add_contact(context, &contacts[k], body1, body2);
-    return status;
+    const pinch_contact_sink sink = sink_of(p);
+    return pinch_buffer_contact(&sink, contact, body1, body2);
 }
 
 pinch_status pinch_ode_each_pair(pinch_ode *p, dSpaceID space, void *context, dNearCallback *near)
@@ -130,9 +127,10 @@ pinch_status pinch_ode_each_pair(pinch_ode *p, dSpaceID space, void *context, dN
 pinch_status pinch_ode_collide(pinch_ode *p, dSpaceID space, int most, pinch_ode_near near, void *context)
 {
     const pinch_detection_request request = {space, most, near, context};
+    const pinch_contact_sink sink = sink_of(p);
     if (!p || !space || most < 1 || !near || p->solved || p->detecting) return PINCH_INVALID_ARGUMENT;
     p->detecting = true;
-    pinch_status status = pinch_detect(&p->detection, p->pool.workers, &request, take_contacts, p);
+    pinch_status status = pinch_detect(&p->detection, p->pool.workers, &request, &sink);
     p->detecting = false;
     return status;
 }
@@ -150,7 +148,8 @@ pinch_status pinch_add_joint_between(pinch_ode *p, dJointID joint, const dBodyID
     if (p->solved) return PINCH_INVALID_ARGUMENT;
     pinch_contact_joint own = {joint, {body[0], body[1]}, false};
     if (p->pool.workers) pinch_expect_step(p);
-    return pinch_buffer_contact_joint(&p->contacts, &p->context, &p->graph.bodies.drives, &p->stats, &own, contact);
+    const pinch_contact_sink sink = sink_of(p);
+    return pinch_buffer_contact_joint(&sink, &own, contact);
 }
 
 pinch_status pinch_ode_add_body(pinch_ode *p, dBodyID body)

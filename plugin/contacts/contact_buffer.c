@@ -127,6 +127,14 @@ static void prefetch_later(const pinch_contact_store *store)
     }
 }
 
+/* Is the contact between the pair's geoms and bodies? */
+static bool is_between(const pinch_pair *pair, const incoming_contact *c)
+{
+    bool s = c->swapped;
+    return pair->id[s] == c->geom[0] && pair->id[!s] == c->geom[1] && pair->body[s] == c->body[0] &&
+           pair->body[!s] == c->body[1];
+}
+
 /* Returns the pair whose contact followed the one before in the last step, if it is between the same geoms and bodies;
  * NULL where it has to be looked up. */
 static pinch_pair *expected_pair(const pinch_contact_store *store, incoming_contact *c)
@@ -134,11 +142,9 @@ static pinch_pair *expected_pair(const pinch_contact_store *store, incoming_cont
     const pinch_buffered_contact *before = contact_before(store, store->expected);
     if (!before) return NULL;
     pinch_pair *pair = &store->pairs.items[before->pair];
-    bool s = c->swapped = before->swapped;
+    c->swapped = before->swapped;
     c->material = pair->has_material;
-    bool same = pair->id[s] == c->geom[0] && pair->id[!s] == c->geom[1] && pair->body[s] == c->body[0] &&
-                pair->body[!s] == c->body[1];
-    if (!same) return NULL;
+    if (!is_between(pair, c)) return NULL;
     c->expected = before;
     return pair;
 }
@@ -240,20 +246,17 @@ static bool is_same(const pinch_contact_store *store, const incoming_contact *c,
     return direction && memcmp(direction, &c->direction, sizeof c->direction) == 0;
 }
 
-/* Writes the contact into the next place of the buffer, and finds out whether the pair had the same one. Its direction
- * has room. */
-static void append(pinch_contact_store *store, pinch_pair *pair, const incoming_contact *c)
+/* Writes a contact of the pair into a place of the buffer, with its direction behind the others, for which there is
+ * room, and finds out whether it is `before`, the one that the pair had in the last step. NULL: it had no more. */
+static void put(pinch_contact_store *store, pinch_pair *pair, const incoming_contact *c, int place,
+                const pinch_buffered_contact *before)
 {
     const dContactGeom *g = &c->contact->geom;
-    int place = store->buffer.count, was = pair->expected;
     pinch_buffered_contact *buffered = &store->buffer.items[place];
-    const pinch_buffered_contact *before =
-        c->expected && was == store->expected ? c->expected : contact_before(store, was);
     double found[7] = {g->pos[0], g->pos[1], g->pos[2], g->normal[0], g->normal[1], g->normal[2], g->depth};
     pair->unchanged = pair->unchanged && before && is_same(store, c, found, before);
     if (before) {
         pair->expected = before->next;
-        store->expected = was + 1;
         buffered->point = before->point;
     }
     memcpy(buffered->found, found, sizeof found);
@@ -270,22 +273,39 @@ static void append(pinch_contact_store *store, pinch_pair *pair, const incoming_
         store->buffer.items[pair->last_buffered].next = place;
     pair->last_buffered = place;
     pair->buffered_count++;
-    store->buffer.count++;
+}
+
+/* Puts the contact into the next place. */
+static void append(pinch_contact_store *store, pinch_pair *pair, const incoming_contact *c)
+{
+    int was = pair->expected;
+    const pinch_buffered_contact *before =
+        c->expected && was == store->expected ? c->expected : contact_before(store, was);
+    put(store, pair, c, store->buffer.count++, before);
+    if (before) store->expected = was + 1;
     store->unchanged = store->unchanged && pair->unchanged && !pair->watched;
 }
 
-static pinch_status buffer_contact(pinch_contact_store *store, const pinch_step_context *context,
-                                   const pinch_drives *drives, pinch_ode_stats *stats, incoming_contact *c)
+/* Reads what a contact is between. Returns false where it is malformed. */
+static bool read_sides(incoming_contact *c, const pinch_drives *drives)
 {
-    bool two =
-        c->contact->geom.g1 != c->contact->geom.g2; /* a geom does not touch itself: neither name means anything */
-    c->geom[0] = two ? c->contact->geom.g1 : NULL;
-    c->geom[1] = two ? c->contact->geom.g2 : NULL;
+    const dContactGeom *g = &c->contact->geom;
+    bool two = g->g1 != g->g2; /* a geom does not touch itself: neither name means anything */
+    c->geom[0] = two ? g->g1 : NULL;
+    c->geom[1] = two ? g->g2 : NULL;
     c->moves[0] = moves(drives, c->body[0]);
     c->moves[1] = moves(drives, c->body[1]);
     c->surface = -1;
     c->directed = false;
-    if (!well_formed(&c->contact->geom) || c->body[0] == c->body[1] || (!c->moves[0] && !c->moves[1])) {
+    return well_formed(g) && c->body[0] != c->body[1] && (c->moves[0] || c->moves[1]);
+}
+
+static pinch_status buffer_contact(const pinch_contact_sink *sink, incoming_contact *c)
+{
+    pinch_contact_store *store = sink->store;
+    const pinch_step_context *context = sink->context;
+    pinch_ode_stats *stats = sink->stats;
+    if (!read_sides(c, sink->drives)) {
         stats->contacts_malformed++;
         return PINCH_OK;
     }
@@ -296,7 +316,7 @@ static pinch_status buffer_contact(pinch_contact_store *store, const pinch_step_
     if (!c->material) {
         if (!in_scope(&context->settings, c->contact))
             return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_by_scope);
-        bool solvable = surfaces_solvable(&context->settings, drives);
+        bool solvable = surfaces_solvable(&context->settings, sink->drives);
         if (solvable && !find_surface(store, c)) return PINCH_OUT_OF_MEMORY;
         if (c->surface < 0) return leave_to_ode(context, c, &stats->contacts_left, &stats->contacts_left_unsupported);
         if (!find_direction(store, c)) return PINCH_OUT_OF_MEMORY;
@@ -308,25 +328,105 @@ static pinch_status buffer_contact(pinch_contact_store *store, const pinch_step_
     return PINCH_OK;
 }
 
-pinch_status pinch_buffer_contact(pinch_contact_store *store, const pinch_step_context *context,
-                                  const pinch_drives *drives, pinch_ode_stats *stats, const dContact *contact,
-                                  dBodyID body1, dBodyID body2)
+pinch_status pinch_buffer_contact(const pinch_contact_sink *sink, const dContact *contact, dBodyID body1, dBodyID body2)
 {
     incoming_contact c = {.contact = contact, .body = {body1, body2}, .joint = -1};
-    return buffer_contact(store, context, drives, stats, &c);
+    return buffer_contact(sink, &c);
 }
 
-pinch_status pinch_buffer_contact_joint(pinch_contact_store *store, const pinch_step_context *context,
-                                        const pinch_drives *drives, pinch_ode_stats *stats,
-                                        const pinch_contact_joint *joint, const dContact *contact)
+pinch_status pinch_buffer_contact_joint(const pinch_contact_sink *sink, const pinch_contact_joint *joint,
+                                        const dContact *contact)
 {
+    pinch_contact_store *store = sink->store;
     int index = store->contact_joints.count, buffered = store->buffer.count;
     if (!PINCH_RESERVE(store->contact_joints, index + 1)) return PINCH_OUT_OF_MEMORY;
     store->contact_joints.items[index] = *joint;
     incoming_contact c = {.contact = contact, .body = {joint->body[0], joint->body[1]}, .joint = index};
-    pinch_status status = buffer_contact(store, context, drives, stats, &c);
+    pinch_status status = buffer_contact(sink, &c);
     if (store->buffer.count > buffered) store->contact_joints.count++;
     return status;
+}
+
+/* ---- contacts that all come where the last step had them ---- */
+
+bool pinch_may_take_again(const pinch_contact_store *store)
+{
+    return store->buffer.count == 0 && store->buffered_before > 0 && store->contact_joints.count == 0 &&
+           !store->laws_follow_poses;
+}
+
+/* Returns the pair if all of its contacts in the last step are these, as far as their number and places go. */
+static pinch_pair *pair_in_place(const pinch_contact_store *store, long now, int count, int place)
+{
+    if (place < 0 || place + count > store->buffered_before) return NULL;
+    pinch_pair *pair = &store->pairs.items[store->buffer.items[place].pair];
+    bool same = pair->last_step == now - 1 && pair->first_buffered == place && pair->buffered_count == count;
+    for (int i = 0; i < count && same; i++)
+        same = store->buffer.items[place + i].next == (i + 1 < count ? place + i + 1 : -1);
+    return same ? pair : NULL;
+}
+
+/* Tells whether a contact has the surface of the one before, which its pair had. */
+static bool has_surface(const pinch_contact_store *store, const incoming_contact *c, int surface)
+{
+    const dSurfaceParameters *given = &c->contact->surface;
+    pinch_surface own;
+    if (surface < 0 || (given->mode & dContactFDir1)) return false;
+    if (surface == store->last_given.surface && c->swapped == store->last_given.swapped &&
+        pinch_surface_is_given_again(given, &store->last_given.parameters))
+        return true;
+    return pinch_surface_of(c->contact, c->swapped, &own) && pinch_is_kept_surface(store, surface, &own);
+}
+
+/* The contact comes in the place of `before`. */
+static incoming_contact come_again(const dContact *contact, const dBodyID body[2], const pinch_buffered_contact *before)
+{
+    return (incoming_contact){.contact = contact, .body = {body[0], body[1]}, .joint = -1, .swapped = before->swapped};
+}
+
+bool pinch_comes_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts, int count,
+                       int place)
+{
+    const pinch_contact_store *store = sink->store;
+    const pinch_ode_settings *settings = &sink->context->settings;
+    const pinch_pair *pair = pair_in_place(store, sink->context->number, count, place);
+    const dBodyID body[2] = {dGeomGetBody(geom[0]), dGeomGetBody(geom[1])};
+    if (!pair || (!pair->has_material && !surfaces_solvable(settings, sink->drives))) return false;
+    for (int i = 0; i < count; i++) {
+        const pinch_buffered_contact *before = &store->buffer.items[place + i];
+        incoming_contact c = come_again(&contacts[i], body, before);
+        bool s = c.swapped;
+        if (!read_sides(&c, sink->drives) || !is_between(pair, &c)) return false;
+        for (int side = 0; side < 2; side++)
+            if (c.moves[side] != (pair->step_body[side ^ (int)s] >= 0)) return false;
+        if (!pair->has_material && !(in_scope(settings, c.contact) && has_surface(store, &c, before->surface)))
+            return false;
+    }
+    return true;
+}
+
+bool pinch_take_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts, int count,
+                      int place)
+{
+    pinch_contact_store *store = sink->store;
+    const dBodyID body[2] = {dGeomGetBody(geom[0]), dGeomGetBody(geom[1])};
+    pinch_pair *pair = &store->pairs.items[store->buffer.items[place].pair];
+    for (int i = 0; i < count; i++) {
+        const pinch_buffered_contact *before = &store->buffer.items[place + i];
+        incoming_contact c = come_again(&contacts[i], body, before);
+        (void)read_sides(&c, sink->drives);
+        c.surface = before->surface;
+        if (i == 0) begin_pair(store, pair, &c, sink->context->number);
+        put(store, pair, &c, place + i, before);
+    }
+    return pair->unchanged && !pair->watched;
+}
+
+void pinch_taken_again(pinch_contact_store *store, int count, bool unchanged)
+{
+    store->buffer.count = store->expected = count;
+    store->all_pairs_came = count == store->buffered_before;
+    store->unchanged = store->unchanged && unchanged;
 }
 
 /* ---- contact joints that the program made ---- */
@@ -411,6 +511,7 @@ static void clear_buffer(pinch_contact_store *store)
     store->contact_joints.count = store->buffer.count = store->directions.count = 0;
     store->put_aside.any = false;
     store->put_aside.contacts.count = store->expected = 0;
+    store->all_pairs_came = false;
 }
 
 void pinch_finish_contacts(pinch_contact_store *store)

@@ -8,14 +8,35 @@
 #include "bodies/step_bodies.h"
 #include "contacts/contact_store.h"
 
+/* What taking contacts over reads and counts. */
+typedef struct pinch_contact_sink {
+    pinch_contact_store *store;
+    const pinch_step_context *context;
+    const pinch_drives *drives;
+    pinch_ode_stats *stats;
+} pinch_contact_sink;
+
 /* Buffers a contact, or leaves it to ODE where Pinch has no law for it, or skips it where it is malformed. */
-pinch_status pinch_buffer_contact(pinch_contact_store *store, const pinch_step_context *context,
-                                  const pinch_drives *drives, pinch_ode_stats *stats, const dContact *contact,
-                                  dBodyID body1, dBodyID body2);
+pinch_status pinch_buffer_contact(const pinch_contact_sink *sink, const dContact *contact, dBodyID body1,
+                                  dBodyID body2);
 /* The same for a contact that the program made a contact joint of ODE's, which is enabled. */
-pinch_status pinch_buffer_contact_joint(pinch_contact_store *store, const pinch_step_context *context,
-                                        const pinch_drives *drives, pinch_ode_stats *stats,
-                                        const pinch_contact_joint *joint, const dContact *contact);
+pinch_status pinch_buffer_contact_joint(const pinch_contact_sink *sink, const pinch_contact_joint *joint,
+                                        const dContact *contact);
+
+/*
+ * Where all contacts of a step come in the places of those of the last step, between the same sides and with the same
+ * surfaces, several threads may take them over, to the same bits. Does the buffer allow for that?
+ */
+bool pinch_may_take_again(const pinch_contact_store *store);
+/* Tells whether all contacts of a pair of geoms, from `place` on, are such. Any thread may ask. */
+bool pinch_comes_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts, int count,
+                       int place);
+/* Takes them over. Each pair may be a thread's of its own. Returns whether they are those of the last step, to the bit.
+ */
+bool pinch_take_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts, int count,
+                      int place);
+/* Ends it when all are taken over, from place 0 on; unchanged: all are those of the last step. */
+void pinch_taken_again(pinch_contact_store *store, int count, bool unchanged);
 
 /*
  * ODE's own solver must not see the contact joints that Pinch solves. The program must find them as it left them, with

@@ -213,7 +213,7 @@ static pinch_item_keys surface_keys(const pinch_contact_store *store)
     return PINCH_ITEM_KEYS(store->surfaces, pinch_kept_surface, key);
 }
 
-static bool is_same(const pinch_contact_store *store, int index, const pinch_surface *surface)
+bool pinch_is_kept_surface(const pinch_contact_store *store, int index, const pinch_surface *surface)
 {
     return memcmp(&store->surfaces.items[index].surface, surface, sizeof *surface) == 0;
 }
@@ -224,7 +224,7 @@ static int look_up(const pinch_contact_store *store, const pinch_surface *surfac
     int index;
     for (*key = key_of(surface); (index = pinch_item_index_get(&store->surface_index, surface_keys(store), key)) >= 0;
          (*key)++)
-        if (is_same(store, index, surface)) return index;
+        if (pinch_is_kept_surface(store, index, surface)) return index;
     return -1;
 }
 
@@ -282,9 +282,9 @@ int pinch_keep_surface(pinch_contact_store *store, const pinch_surface *surface,
 {
     enum { FEWEST = 16 };
     uint64_t key;
-    if (guess >= 0 && is_same(store, guess, surface)) return guess;
+    if (guess >= 0 && pinch_is_kept_surface(store, guess, surface)) return guess;
     if (store->last_surface >= 0 && store->last_surface < store->surfaces.count &&
-        is_same(store, store->last_surface, surface))
+        pinch_is_kept_surface(store, store->last_surface, surface))
         return store->last_surface;
     int index = look_up(store, surface, &key);
     if (index < 0) {

@@ -156,10 +156,11 @@ typedef struct pinch_contact_store {
     PINCH_LIST(pinch_ode_contact) results;
 
     /* what is still as in the last step, as far as the contacts handed over so far tell */
-    bool same_places; /* pairs are where they were in their list, or their contacts know where they are */
-    bool same_bodies; /* pairs are between the bodies they were between */
-    bool same_points; /* and have as many points as when islands were built; known when they are up to date */
-    bool unchanged;   /* all contacts are those of the last step, to the bit, and nothing moves them */
+    bool same_places;    /* pairs are where they were in their list, or their contacts know where they are */
+    bool same_bodies;    /* pairs are between the bodies they were between */
+    bool all_pairs_came; /* all that were handed over then have been so for this step */
+    bool same_points;    /* and have as many points as when islands were built; known when they are up to date */
+    bool unchanged;      /* all contacts are those of the last step, to the bit, and nothing moves them */
 
     mtx_t workers_lock; /* held while a worker takes blocks from the pools or gives them back, or has ODE compute the
                          * pose of a geom; stays where it is, and so comes last */
@@ -190,6 +191,8 @@ bool pinch_geom_stays(pinch_contact_store *store, int record, long now);
 /* Returns the index of surface parameters, where `guess` is an index to try first; -1 when memory runs out. Indices
  * that are kept elsewhere than in buffered contacts and own laws do not outlive the call. */
 int pinch_keep_surface(pinch_contact_store *store, const pinch_surface *surface, int guess);
+/* Tells whether an index is that of surface parameters. */
+bool pinch_is_kept_surface(const pinch_contact_store *store, int index, const pinch_surface *surface);
 
 /* load.c: sums up the results of the last step for a geom, with all partners where `partner` is NULL; see
  * pinch_ode_load. about: NULL for the centre of mass of the geom's body. PINCH_INVALID_ARGUMENT where it is not finite.

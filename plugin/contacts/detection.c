@@ -5,7 +5,10 @@
 
 void pinch_detection_free(pinch_detection *d)
 {
-    for (int k = 0; k < d->batches.room; k++) free(d->batches.items[k].contacts.items);
+    for (int k = 0; k < d->batches.room; k++) {
+        free(d->batches.items[k].pairs.items);
+        free(d->batches.items[k].contacts.items);
+    }
     free(d->batches.items);
     pinch_near_pairs_free(&d->near);
     free(d->whole.items);
@@ -14,16 +17,17 @@ void pinch_detection_free(pinch_detection *d)
 size_t pinch_detection_bytes(const pinch_detection *d)
 {
     size_t bytes = pinch_near_pairs_bytes(&d->near) + PINCH_LIST_BYTES(d->whole) + PINCH_LIST_BYTES(d->batches);
-    for (int k = 0; k < d->batches.room; k++) bytes += PINCH_LIST_BYTES(d->batches.items[k].contacts);
+    for (int k = 0; k < d->batches.room; k++)
+        bytes += PINCH_LIST_BYTES(d->batches.items[k].pairs) + PINCH_LIST_BYTES(d->batches.items[k].contacts);
     return bytes;
 }
 
-/* Makes room for batches of this many pairs, new ones without contacts. Returns false when memory runs out. */
-static bool reserve_batches(pinch_detection *d, int pairs)
+/* Makes room for so many batches, new ones without contacts. Returns false when memory runs out. */
+static bool reserve_batches(pinch_detection *d, int count)
 {
     int before = d->batches.room;
-    if (!PINCH_RESERVE(d->batches, pairs / PINCH_NEAR_BATCH + 1)) return false;
-    for (int k = before; k < d->batches.room; k++) d->batches.items[k] = (pinch_near_batch){.contacts = {NULL, 0, 0}};
+    if (!PINCH_RESERVE(d->batches, count)) return false;
+    for (int k = before; k < d->batches.room; k++) memset(&d->batches.items[k], 0, sizeof *d->batches.items);
     return true;
 }
 
@@ -50,67 +54,140 @@ static pinch_status look_at(const pinch_detection_request *r, pinch_near_pair *p
     return PINCH_OK;
 }
 
-static pinch_status hand_on(const pinch_near_pair *pair, const pinch_near_batch *found, pinch_take_contacts *take,
-                            void *context)
+static pinch_status hand_on(const pinch_near_pair *pair, const pinch_near_batch *found, const pinch_contact_sink *sink)
 {
-    if (pair->points.count == 0) return PINCH_OK;
-    return take(context, pair->geom[0], pair->geom[1], found->contacts.items + pair->points.first, pair->points.count);
+    const dBodyID body[2] = {dGeomGetBody(pair->geom[0]), dGeomGetBody(pair->geom[1])};
+    pinch_status status = PINCH_OK;
+    for (int k = 0; k < pair->points.count && status == PINCH_OK; k++)
+        status = pinch_buffer_contact(sink, &found->contacts.items[pair->points.first + k], body[0], body[1]);
+    return status;
 }
 
 /* ---- by several threads ---- */
 
 typedef struct shared_detection {
     pinch_detection *detection;
+    const pinch_contact_sink *sink;
+    const pinch_near_space *space;         /* NULL: the pairs are listed */
+    int items;                             /* geoms, or listed pairs */
+    bool may_take_again;                   /* the buffer */
     bool has_data[PINCH_ODE_MOST_THREADS]; /* ODE's, of a thread */
+    atomic_bool changed;                   /* a contact is not that of the last step */
 } shared_detection;
 
-static pinch_status look_at_batch(pinch_detection *d, int number)
+static int batches_of(const shared_detection *s)
 {
-    int first = number * PINCH_NEAR_BATCH, end = first + PINCH_NEAR_BATCH, count = d->near.pairs.count;
-    pinch_near_batch *batch = &d->batches.items[number];
-    pinch_status status = PINCH_OK;
+    return (s->items + PINCH_NEAR_BATCH - 1) / PINCH_NEAR_BATCH;
+}
+
+/* Finds the pairs of a batch. Returns false when memory runs out. */
+static bool find_pairs(const shared_detection *s, int number, pinch_near_pair_list *pairs)
+{
+    int first = number * PINCH_NEAR_BATCH, count = s->items - first;
+    if (count > PINCH_NEAR_BATCH) count = PINCH_NEAR_BATCH;
+    pairs->count = 0;
+    if (s->space) return pinch_near_pairs_from(s->space, first, first + count, pairs);
+    if (!PINCH_RESERVE(*pairs, count)) return false;
+    memcpy(pairs->items, s->detection->near.pairs.items + first, (size_t)count * sizeof *pairs->items);
+    pairs->count = count;
+    return true;
+}
+
+static pinch_status look_at_batch(const shared_detection *s, int number)
+{
+    pinch_near_batch *batch = &s->detection->batches.items[number];
     batch->contacts.count = 0;
-    for (int k = first; k < end && k < count && status == PINCH_OK; k++)
-        status = look_at(&d->request, &d->near.pairs.items[k], batch);
+    batch->comes_again = s->may_take_again;
+    if (!find_pairs(s, number, &batch->pairs)) return PINCH_OUT_OF_MEMORY;
+    pinch_status status = PINCH_OK;
+    for (int k = 0; k < batch->pairs.count && status == PINCH_OK; k++) {
+        pinch_near_pair *pair = &batch->pairs.items[k];
+        status = look_at(&s->detection->request, pair, batch);
+        if (status == PINCH_OK && pair->points.count > 0 && batch->comes_again)
+            batch->comes_again = pinch_comes_again(s->sink, pair->geom, batch->contacts.items + pair->points.first,
+                                                   pair->points.count, batch->before + pair->points.first);
+    }
     return status;
 }
 
 static void look_at_some(void *context, int worker, int first, int end)
 {
     shared_detection *s = context;
-    pinch_detection *d = s->detection;
     pinch_status status = PINCH_OK;
     if (worker > 0 && !s->has_data[worker]) s->has_data[worker] = dAllocateODEDataForThread(dAllocateMaskAll) != 0;
     if (worker > 0 && !s->has_data[worker]) status = PINCH_OUT_OF_MEMORY;
-    for (int b = first; b < end && status == PINCH_OK; b++) status = look_at_batch(d, b);
-    if (status != PINCH_OK) atomic_store(&d->status, (int)status);
+    for (int b = first; b < end && status == PINCH_OK; b++) status = look_at_batch(s, b);
+    if (status != PINCH_OK) atomic_store(&s->detection->status, (int)status);
 }
 
-static pinch_status detect_with(pinch_workers *workers, pinch_detection *d, pinch_take_contacts *take, void *context)
+static void take_some_again(void *context, int worker, int first, int end)
 {
-    int count = d->near.pairs.count;
-    shared_detection shared = {.detection = d};
-    if (!reserve_batches(d, count)) return PINCH_OUT_OF_MEMORY;
+    shared_detection *s = context;
+    bool unchanged = true;
+    (void)worker;
+    for (int b = first; b < end; b++) {
+        const pinch_near_batch *batch = &s->detection->batches.items[b];
+        for (int k = 0; k < batch->pairs.count; k++) {
+            const pinch_near_pair *pair = &batch->pairs.items[k];
+            if (pair->points.count == 0) continue;
+            bool same = pinch_take_again(s->sink, pair->geom, batch->contacts.items + pair->points.first,
+                                         pair->points.count, batch->before + pair->points.first);
+            unchanged = unchanged && same;
+        }
+    }
+    if (!unchanged) atomic_store(&s->changed, true);
+}
+
+/* Counts pairs and contacts, and the contacts before each batch. Tells whether all contacts come in the places of the
+ * last step's. */
+static bool count_batches(const shared_detection *s, int *contacts)
+{
+    bool again = s->may_take_again;
+    *contacts = s->detection->pairs_before = 0;
+    for (int b = 0; b < batches_of(s); b++) {
+        pinch_near_batch *batch = &s->detection->batches.items[b];
+        again = again && batch->comes_again && batch->before == *contacts;
+        batch->before = *contacts;
+        *contacts += batch->contacts.count;
+        s->detection->pairs_before += batch->pairs.count;
+    }
+    return again;
+}
+
+static pinch_status detect_with(pinch_workers *workers, shared_detection *s)
+{
+    pinch_detection *d = s->detection;
+    int contacts;
+    if (!reserve_batches(d, batches_of(s))) return PINCH_OUT_OF_MEMORY;
     atomic_store(&d->status, PINCH_OK);
-    pinch_workers_run(workers, look_at_some, &shared, (count + PINCH_NEAR_BATCH - 1) / PINCH_NEAR_BATCH, 1);
+    pinch_workers_run(workers, look_at_some, s, batches_of(s), 1);
     pinch_status status = (pinch_status)atomic_load(&d->status);
-    for (int k = 0; k < count && status == PINCH_OK; k++)
-        status = hand_on(&d->near.pairs.items[k], &d->batches.items[k / PINCH_NEAR_BATCH], take, context);
+    if (count_batches(s, &contacts) && status == PINCH_OK) {
+        pinch_workers_run(workers, take_some_again, s, batches_of(s), 4);
+        pinch_taken_again(s->sink->store, contacts, !atomic_load(&s->changed));
+        return status;
+    }
+    for (int b = 0; b < batches_of(s); b++) {
+        const pinch_near_batch *batch = &d->batches.items[b];
+        for (int k = 0; k < batch->pairs.count && status == PINCH_OK; k++)
+            status = hand_on(&batch->pairs.items[k], batch, s->sink);
+    }
     return status;
 }
 
 /* ---- by one ---- */
 
-static pinch_status detect_alone(pinch_detection *d, pinch_take_contacts *take, void *context)
+static pinch_status detect_alone(pinch_detection *d, const pinch_contact_sink *sink)
 {
-    if (!reserve_batches(d, 0)) return PINCH_OUT_OF_MEMORY;
+    if (!reserve_batches(d, 1)) return PINCH_OUT_OF_MEMORY;
     pinch_near_batch *batch = d->batches.items;
     pinch_status status = PINCH_OK;
+    d->pairs_before = d->near.pairs.count;
     for (int k = 0; k < d->near.pairs.count && status == PINCH_OK; k++) {
         pinch_near_pair *pair = &d->near.pairs.items[k];
         batch->contacts.count = 0;
         status = look_at(&d->request, pair, batch);
-        if (status == PINCH_OK) status = hand_on(pair, batch, take, context);
+        if (status == PINCH_OK) status = hand_on(pair, batch, sink);
     }
     return status;
 }
@@ -136,21 +213,33 @@ static bool open_spaces(pinch_detection *d)
     return !d->near.no_memory;
 }
 
+/* Lists the pairs, with spaces opened. Returns false when memory runs out. */
+static bool list_pairs(pinch_detection *d, const pinch_near_space *space, int geoms)
+{
+    return (!space || pinch_near_pairs_from(space, 0, geoms, &d->near.pairs)) &&
+           (!d->near.with_spaces || open_spaces(d));
+}
+
 pinch_status pinch_detect(pinch_detection *d, pinch_workers *workers, const pinch_detection_request *request,
-                          pinch_take_contacts *take, void *context)
+                          const pinch_contact_sink *sink)
 {
     enum { FEW = 256 /* pairs */ };
+    shared_detection shared = {.detection = d, .sink = sink, .may_take_again = pinch_may_take_again(sink->store)};
     d->request = *request;
-    bool shared = workers && d->near.pairs.count > FEW; /* in the last detection */
-    if (shared) pinch_workers_call(workers);
-    if (!pinch_find_near_pairs(&d->near, shared ? workers : NULL, request->space)) return PINCH_OUT_OF_MEMORY;
-    if (d->near.with_spaces && !open_spaces(d)) return PINCH_OUT_OF_MEMORY;
-    return shared ? detect_with(workers, d, take, context) : detect_alone(d, take, context);
+    if (d->pairs_before <= FEW) workers = NULL;
+    pinch_workers_call(workers);
+    if (!pinch_find_neighbours(&d->near, workers, request->space, &shared.space, &shared.items))
+        return PINCH_OUT_OF_MEMORY;
+    if (workers && shared.space && !d->near.with_spaces) return detect_with(workers, &shared);
+    if (!list_pairs(d, shared.space, shared.items)) return PINCH_OUT_OF_MEMORY;
+    shared.space = NULL;
+    shared.items = d->near.pairs.count;
+    return workers ? detect_with(workers, &shared) : detect_alone(d, sink);
 }
 
 pinch_status pinch_each_pair(pinch_detection *d, dSpaceID space, void *context, dNearCallback *near)
 {
-    if (!pinch_find_near_pairs(&d->near, NULL, space)) return PINCH_OUT_OF_MEMORY;
+    if (!pinch_find_near_pairs(&d->near, space)) return PINCH_OUT_OF_MEMORY;
     for (int k = 0; k < d->near.pairs.count; k++) {
         const pinch_near_pair *pair = &d->near.pairs.items[k];
         if (!dGeomIsEnabled(pair->geom[0]) || !dGeomIsEnabled(pair->geom[1])) continue; /* `near` may disable geoms */

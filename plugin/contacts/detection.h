@@ -2,6 +2,7 @@
 #ifndef PINCH_CONTACTS_DETECTION_H
 #define PINCH_CONTACTS_DETECTION_H
 
+#include "contacts/contact_buffer.h"
 #include "contacts/near_pairs.h"
 
 #include <pinch/ode.h>
@@ -15,31 +16,32 @@ typedef struct pinch_detection_request {
     void *context;
 } pinch_detection_request;
 
-/* Pairs that one thread looks at. The next batch is in another cache line. */
+/* What one thread looks at: so many listed pairs, or the pairs of so many geoms. The next batch is in another cache
+ * line. */
 enum { PINCH_NEAR_BATCH = 16 };
 typedef struct pinch_near_batch {
+    pinch_near_pair_list pairs;
     PINCH_LIST(dContact) contacts;
-    char apart[64 - sizeof(void *) - 2 * sizeof(int)];
+    int before;       /* contacts of all batches before this one, in the last detection by several threads; or 0 */
+    bool comes_again; /* its contacts come in the places of the last step's: see contact_buffer.h */
+    char apart[64 - 2 * sizeof(void *) - 6 * sizeof(int)];
 } pinch_near_batch;
 
 typedef struct pinch_detection {
     pinch_detection_request request;
     pinch_near_pairs near;
-    PINCH_LIST(pinch_near_pair) whole; /* the pairs before those with spaces were opened */
+    pinch_near_pair_list whole; /* the pairs before those with spaces were opened */
     PINCH_LIST(pinch_near_batch) batches;
+    int pairs_before;  /* in the last detection */
     atomic_int status; /* pinch_status: what went wrong with a pair */
 } pinch_detection;
-
-/* Takes the contacts of a pair, which have at least one. */
-typedef pinch_status pinch_take_contacts(void *context, dGeomID geom1, dGeomID geom2, const dContact *contacts,
-                                         int count);
 
 void pinch_detection_free(pinch_detection *detection);
 size_t pinch_detection_bytes(const pinch_detection *detection);
 
-/* Finds the contacts of all pairs and hands them on, pair by pair, from the calling thread. workers may be NULL. */
+/* Finds the contacts of all pairs and buffers them, in the order of pairs. workers may be NULL. */
 pinch_status pinch_detect(pinch_detection *detection, pinch_workers *workers, const pinch_detection_request *request,
-                          pinch_take_contacts *take, void *context);
+                          const pinch_contact_sink *sink);
 
 /* Calls `near` for each pair, spaces unopened. */
 pinch_status pinch_each_pair(pinch_detection *detection, dSpaceID space, void *context, dNearCallback *near);

@@ -55,6 +55,7 @@ struct pinch_near_space {
     PINCH_LIST(near_link) links; /* new ones */
     pinch_found_boxes found;     /* of one geom */
     atomic_int left;             /* geoms that have left their reaches */
+    atomic_bool has_spaces;      /* among the geoms */
 };
 
 static void free_space(pinch_near_space *s)
@@ -225,11 +226,14 @@ static void bring_some_up_to_date(void *context, int worker, int first, int end)
 {
     pinch_near_space *s = context;
     int left = 0;
+    bool spaces = false;
     (void)worker;
     for (int k = first; k < end; k++) {
         bring_up_to_date(&s->geoms.items[k], &s->boxes.items[k]);
         left += s->geoms.items[k].left;
+        spaces = spaces || s->geoms.items[k].is_space;
     }
+    if (spaces) atomic_store(&s->has_spaces, true);
     if (left > 0) atomic_fetch_add(&s->left, left);
 }
 
@@ -392,31 +396,28 @@ static bool search_again(pinch_near_space *s)
 
 /* ---- pairs ---- */
 
-static void note(pinch_near_pairs *near, dGeomID a, dGeomID b, bool with_space)
+void pinch_note_near_pair(void *context, dGeomID a, dGeomID b)
 {
+    pinch_near_pairs *near = context;
     near->no_memory = near->no_memory || !PINCH_RESERVE(near->pairs, near->pairs.count + 1);
     if (near->no_memory) return;
     near->pairs.items[near->pairs.count++] = (pinch_near_pair){.geom = {a, b}};
-    near->with_spaces = near->with_spaces || with_space;
+    near->with_spaces = near->with_spaces || dGeomIsSpace(a) || dGeomIsSpace(b);
 }
 
-void pinch_note_near_pair(void *context, dGeomID a, dGeomID b)
+bool pinch_near_pairs_from(const pinch_near_space *s, int first, int end, pinch_near_pair_list *to)
 {
-    note(context, a, b, dGeomIsSpace(a) || dGeomIsSpace(b));
-}
-
-static bool compare_boxes(const pinch_near_space *s, pinch_near_pairs *near)
-{
-    for (int k = 0; k < s->geoms.count; k++) {
+    for (int k = first; k < end && k < s->geoms.count; k++) {
         const near_box *one = &s->boxes.items[k];
         if (!one->is_enabled) continue;
         for (int i = s->known.first.items[k]; i < s->known.first.items[k + 1]; i++) {
             const near_box *other = &s->boxes.items[s->known.later.items[i]];
-            if (other->is_enabled && pinch_boxes_overlap(&one->box, &other->box))
-                note(near, one->geom, other->geom, one->is_space || other->is_space);
+            if (!other->is_enabled || !pinch_boxes_overlap(&one->box, &other->box)) continue;
+            if (!PINCH_RESERVE(*to, to->count + 1)) return false;
+            to->items[to->count++] = (pinch_near_pair){.geom = {one->geom, other->geom}};
         }
     }
-    return !near->no_memory;
+    return true;
 }
 
 /* Returns what is known of a space, for one that is new in the place of the one that was not asked about for longest.
@@ -456,27 +457,43 @@ pinch_status pinch_near_remember(pinch_near_pairs *near, dSpaceID space, const d
     return PINCH_OK;
 }
 
-static bool find_by_neighbours(pinch_near_pairs *near, pinch_workers *workers, pinch_near_space *s)
+static bool find_neighbours(pinch_near_pairs *near, pinch_workers *workers, pinch_near_space *s)
 {
     s->call = near->calls;
     if (!list_geoms(s)) return false;
     atomic_store(&s->left, 0);
+    atomic_store(&s->has_spaces, false);
     pinch_workers_run(workers, bring_some_up_to_date, s, s->geoms.count, GRAIN);
-    return (atomic_load(&s->left) == 0 || search_again(s)) && compare_boxes(s, near);
+    return atomic_load(&s->left) == 0 || search_again(s);
 }
 
-bool pinch_find_near_pairs(pinch_near_pairs *near, pinch_workers *workers, dSpaceID space)
+bool pinch_find_neighbours(pinch_near_pairs *near, pinch_workers *workers, dSpaceID space,
+                           const pinch_near_space **found, int *geoms)
 {
     near->calls++;
     near->pairs.count = 0;
     near->with_spaces = near->no_memory = false;
+    *found = NULL;
     /* Quadtree spaces do not list their geoms. */
     if (dSpaceGetClass(space) == dQuadTreeSpaceClass) {
         dSpaceCollide(space, near, pinch_note_near_pair);
         return !near->no_memory;
     }
     pinch_near_space *s = space_of(near, space);
-    if (s && find_by_neighbours(near, workers, s)) return true;
-    if (s) s->listed.count = s->geoms.count = 0, pinch_item_index_clear(&s->index); /* which may be half done */
-    return false;
+    bool done = s && find_neighbours(near, workers, s);
+    if (s && !done)
+        s->listed.count = s->geoms.count = 0, pinch_item_index_clear(&s->index); /* which may be half done */
+    if (!done) return false;
+    near->with_spaces = atomic_load(&s->has_spaces);
+    *found = s;
+    *geoms = s->geoms.count;
+    return true;
+}
+
+bool pinch_find_near_pairs(pinch_near_pairs *near, dSpaceID space)
+{
+    const pinch_near_space *s;
+    int geoms;
+    return pinch_find_neighbours(near, NULL, space, &s, &geoms) &&
+           (!s || pinch_near_pairs_from(s, 0, geoms, &near->pairs));
 }

@@ -23,13 +23,15 @@ typedef struct pinch_near_pair {
     pinch_range points; /* for who looks at the pair */
 } pinch_near_pair;
 
+typedef PINCH_LIST(pinch_near_pair) pinch_near_pair_list;
+
 typedef struct pinch_near_space pinch_near_space;
 
 /* Everything starts as 0. */
 typedef struct pinch_near_pairs {
-    PINCH_LIST(pinch_near_pair) pairs;
+    pinch_near_pair_list pairs;
     PINCH_LIST(pinch_near_space *) spaces; /* those that were asked about, with their neighbours */
-    bool with_spaces;                      /* among the geoms of pairs */
+    bool with_spaces;                      /* among the geoms */
     bool no_memory;                        /* for a pair that was to be noted */
     unsigned long calls;
 } pinch_near_pairs;
@@ -37,8 +39,16 @@ typedef struct pinch_near_pairs {
 void pinch_near_pairs_free(pinch_near_pairs *near);
 size_t pinch_near_pairs_bytes(const pinch_near_pairs *near);
 
-/* Finds the pairs that dSpaceCollide would call back for. workers may be NULL. Returns false when memory runs out. */
-bool pinch_find_near_pairs(pinch_near_pairs *near, pinch_workers *workers, dSpaceID space);
+/* Finds the pairs that dSpaceCollide would call back for. Returns false when memory runs out. */
+bool pinch_find_near_pairs(pinch_near_pairs *near, dSpaceID space);
+
+/* The same in two parts, for several threads. The first brings the neighbours of so many *geoms up to date. workers may
+ * be NULL. Where *found is NULL, it has found all pairs. Returns false when memory runs out. */
+bool pinch_find_neighbours(pinch_near_pairs *near, pinch_workers *workers, dSpaceID space,
+                           const pinch_near_space **found, int *geoms);
+/* Appends the pairs of geoms first to end - 1 with later ones. Any thread may ask. Returns false when memory runs out.
+ */
+bool pinch_near_pairs_from(const pinch_near_space *space, int first, int end, pinch_near_pair_list *to);
 
 /* What a snapshot keeps: the geoms of the k-th space in their order. */
 enum { PINCH_NEAR_MOST_SPACES = 8 };

@@ -381,7 +381,7 @@ bool pinch_pairs_update(pinch_contact_store *store, const pinch_step_context *co
     store->unchanged = store->unchanged && store->buffer.count == store->buffered_before;
     store->same_points = store->unchanged;
     if (store->unchanged) return true;
-    if (drop_pairs(store, -1, context->number)) store->same_bodies = false;
+    if (!store->all_pairs_came && drop_pairs(store, -1, context->number)) store->same_bodies = false;
     store->buffered_before = store->same_places ? store->buffer.count : -1;
     store->directions_before = store->same_places ? store->directions.count : -1;
     update_task task = {store, &context->settings, workers != NULL, false, false};

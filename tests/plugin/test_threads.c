@@ -1,6 +1,7 @@
 /*
  * Any number of threads gives the same bits: in a world of many islands, grasps that hold and slip, stiff stacks and
- * jointed fingers; and in heaps that are one island, whose loops the threads share.
+ * jointed fingers; in heaps that are one island, whose loops the threads share; and where what is handed over is not
+ * what it was in the step before.
  */
 #include "support/cmocka_all.h"
 #include "support/sanitized.h"
@@ -14,6 +15,7 @@
 
 enum { HANDS = 30, STACKS = 6, STEPS = 150, HANDS_AND_STACKS = HANDS + 2 * STACKS + HANDS / 3 };
 enum { SIDE = 8, LAYERS = 6, HEAP = SIDE * SIDE * LAYERS, BODIES = HEAP, LARGE_ISLAND = 512 /* contacts */ };
+enum { ROW = 20, YARD = 18 * ROW }; /* boxes that slide on the ground, each by itself */
 
 /* Budgets of a solve: more than usual, so that few steps of heaps are left to ODE; so little that they are swept. */
 static const double MUCH = 4e6, LITTLE = 1;
@@ -23,7 +25,8 @@ typedef struct program {
     dSpaceID space;
     pinch_ode *plugin;
     dBodyID body[BODIES];
-    int count;
+    int count, step;
+    bool changes; /* what is handed over */
 } program;
 
 typedef enum heap_kind { BOXES, SPHERES, JOINTED_BOXES, SWEPT_BOXES } heap_kind;
@@ -42,11 +45,54 @@ static int look(void *context, dGeomID a, dGeomID b, int room, dContact *contact
     return count;
 }
 
+static void swap_geoms(dContact *contact, int count)
+{
+    for (int i = 0; i < count; i++) {
+        dContactGeom *g = &contact[i].geom;
+        dGeomID first = g->g1;
+        g->g1 = g->g2;
+        g->g2 = first;
+        for (int k = 0; k < 3; k++) g->normal[k] = -g->normal[k];
+    }
+}
+
+/* A change of an even number holds for two steps. */
+static int change_of(const program *p)
+{
+    return 2 * p->step / 3;
+}
+
+/* The same, but that one box or another has something else than in the step before. */
+static int look_at_changes(void *context, dGeomID a, dGeomID b, int room, dContact *contact)
+{
+    const program *p = context;
+    int count = look(NULL, a, b, room, contact), step = change_of(p);
+    const int *number = dGeomGetData(dGeomGetBody(a) ? a : b);
+    if (count < 2 || !number || !p->changes) return count;
+    const dContact first = contact[0];
+    for (int i = 0; i < count; i++) {
+        dSurfaceParameters *surface = &contact[i].surface;
+        if (step == 4) surface->mu = 0.4;
+        if (step >= 6 && *number == 6) surface->mu = 0.06;
+        if (step >= 8 && *number == 8 && i == 1) surface->mode |= dContactSoftCFM, surface->soft_cfm = 1e-5;
+        if (step >= 10 && step < 13 && *number == 10) surface->mode |= dContactFDir1, contact[i].fdir1[step % 2] = 1;
+        if (step == 12 && *number == 12) surface->mode |= dContactMotion1, surface->motion1 = 0.1;
+        if (step == 14 && *number == 14) surface->mode |= dContactSlip1, surface->slip1 = 0.1;
+    }
+    if (step == 16 && *number == 16) contact[0] = contact[1], contact[1] = first; /* another order */
+    if (step == 18 && *number == 18) swap_geoms(contact, count);
+    if (step == 20 && *number == 20) contact[1].geom.depth = NAN;
+    if (step == 22 && *number == 22) contact[1].geom.g1 = contact[1].geom.g2 = NULL;
+    if (step == 24 && *number == 24) return 1;
+    if (step == 26 && *number == 26) return 0;
+    return count;
+}
+
 static void offer(void *data, dGeomID a, dGeomID b)
 {
     program *p = data;
     dContact contact[POINTS];
-    int count = look(NULL, a, b, POINTS, contact);
+    int count = look_at_changes(p, a, b, POINTS, contact);
     for (int i = 0; i < count; i++)
         assert_int_equal(pinch_ode_add_contact(p->plugin, &contact[i], dGeomGetBody(a), dGeomGetBody(b)), PINCH_OK);
 }
@@ -57,7 +103,7 @@ static void collide(program *p, int threads)
     if (threads % 2)
         assert_int_equal(pinch_ode_each_pair(p->plugin, p->space, p, offer), PINCH_OK);
     else
-        assert_int_equal(pinch_ode_collide(p->plugin, p->space, POINTS, look, NULL), PINCH_OK);
+        assert_int_equal(pinch_ode_collide(p->plugin, p->space, POINTS, look_at_changes, p), PINCH_OK);
 }
 
 static dBodyID add_box(program *p, double side, double mass, double x, double y, double z)
@@ -165,6 +211,67 @@ static void make_heap(program *p, heap_kind kind, int threads)
     }
 }
 
+static void make_yard(program *p, heap_kind none, int threads)
+{
+    static int number[YARD];
+    (void)none;
+    start(p, threads, PINCH_ODE_QUICKSTEP, MUCH);
+    p->changes = true;
+    dCreatePlane(p->space, 0, 0, 1, 0);
+    for (int k = 0; k < YARD; k++) {
+        dBodyID body = add_box(p, 0.1, 1, 0.5 * (k % ROW), 0.5 * (k / ROW), 0.05 - 1e-5);
+        number[k] = k;
+        dGeomSetData(dBodyGetFirstGeom(body), &number[k]);
+        if (k % 3 > 0) dBodySetLinearVel(body, 0.3 * (k % 3), 0.1, 0);
+    }
+}
+
+/* What the program changes besides the contacts. */
+static void change_world(program *p)
+{
+    pinch_material material = pinch_default_material();
+    int change = change_of(p);
+    dBodyID body = p->body[change];
+    dGeomID geom = dBodyGetFirstGeom(body);
+    switch (p->step % 3 == 0 ? change : -1) {
+    case 30:
+        dBodySetKinematic(body);
+        break;
+    case 32:
+        dBodySetDynamic(p->body[30]);
+        break;
+    case 34:
+        assert_int_equal(pinch_ode_set_material(p->plugin, geom, &material), PINCH_OK);
+        break;
+    case 36:
+        assert_int_equal(pinch_ode_set_material(p->plugin, dBodyGetFirstGeom(p->body[34]), NULL), PINCH_OK);
+        break;
+    case 38:
+        assert_int_equal(pinch_ode_forget_geom(p->plugin, geom), PINCH_OK);
+        break;
+    case 40:
+        dBodySetPosition(body, 0.1, -1, 0.0499);
+        break;
+    case 42:
+        dGeomDisable(geom);
+        break;
+    case 44:
+        dGeomSetBody(dBodyGetFirstGeom(p->body[42]), NULL);
+        break;
+    case 46:
+        dGeomDestroy(geom);
+        break;
+    case 48:
+        material.hertz_modulus = 1e6;
+        assert_int_equal(pinch_ode_set_material(p->plugin, geom, &material), PINCH_OK);
+        break;
+    default:
+        break;
+    }
+    if (change == 28) /* contacts before those that are found together, and the same pairs once more */
+        for (int k = 0; k < 2; k++) assert_int_equal(pinch_ode_each_pair(p->plugin, p->space, p, offer), PINCH_OK);
+}
+
 typedef struct test_world {
     void (*make)(program *p, heap_kind kind, int threads);
     heap_kind kind;
@@ -179,7 +286,8 @@ static uint64_t run(const test_world *world, int threads, pinch_ode_stats *stats
     uint64_t hash = 14695981039346656037u;
     dRandSetSeed(1); /* quickstep draws from it for islands that are left to it */
     world->make(&p, world->kind, threads);
-    for (int step = 0; step < world->steps; step++) {
+    for (p.step = 0; p.step < world->steps; p.step++) {
+        if (p.changes) change_world(&p);
         collide(&p, threads);
         assert_int_equal(pinch_ode_step(p.plugin, world->step), PINCH_OK);
         for (int k = 0; k < p.count; k++) {
@@ -253,6 +361,14 @@ static void test_a_heap_that_is_swept(void **state)
     assert_true(test_heap(SWEPT_BOXES).swept_islands > 0);
 }
 
+static void test_contacts_that_change(void **state)
+{
+    (void)state;
+    const test_world yard = {make_yard, BOXES, SANITIZED ? 76 : 84, 5e-3};
+    pinch_ode_stats one = same_with_any_number(&yard);
+    assert_true(one.islands > 50L * YARD && one.contacts_malformed > 0);
+}
+
 static int look_too_far(void *context, dGeomID a, dGeomID b, int room, dContact *contact)
 {
     (void)look(context, a, b, room, contact);
@@ -318,6 +434,7 @@ int main(void)
         cmocka_unit_test(test_a_heap_of_spheres),
         cmocka_unit_test(test_a_heap_of_jointed_boxes),
         cmocka_unit_test(test_a_heap_that_is_swept),
+        cmocka_unit_test(test_contacts_that_change),
         cmocka_unit_test(test_a_collision_that_goes_wrong),
         cmocka_unit_test(test_threads_out_of_range_are_refused),
     };
