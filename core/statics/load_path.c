@@ -315,29 +315,73 @@ static bool start_on_ray(const phase *p, double *u)
     return found;
 }
 
+/* Does any finger press at u, by more than what is next to nothing of the load? */
+static bool is_held(const pinch_static_model *model, const double *u, double load)
+{
+    const double next_to_nothing = 1e-6;
+    for (int c = 0; c < model->count; c++) {
+        double s[4], r[4];
+        pinch_static_trial(model, &model->contacts[c], u, s);
+        (void)pinch_static_law(model, &model->contacts[c], s, r, NULL);
+        if (r[0] > next_to_nothing * load) return true;
+    }
+    return false;
+}
+
+/* Puts the object where it was before any load, undeformed. */
+static void go_back_to_nothing(const phase *p, double *u)
+{
+    memset(u, 0, 6 * sizeof *u);
+    for (int c = 0; c < p->model->count; c++) memset(p->model->contacts[c].rest, 0, REST_SIZE);
+}
+
+/* How the first part of a load may come. */
+typedef enum start_way {
+    START_SWINGING, /* the object is heavy: it swings about where the load takes it */
+    START_CREEPING, /* it is light, and goes there */
+    START_IN_HONEY, /* the load is there at once */
+    START_IN_A_STEP,
+    START_WAYS
+} start_way;
+
+/* Brings the load to `part` one way, from nothing. Returns whether the object has come to rest at u. */
+static bool start_one_way(const phase *p, start_way way, double part, double *u)
+{
+    static const double MASS[] = {[START_SWINGING] = 10.0, [START_CREEPING] = 0.1};
+    const pinch_static_ramp ramp = {p->factor, part, 1.0 / 300.0, true};
+    double direction[6];
+    go_back_to_nothing(p, u);
+    *p->factor = way <= START_CREEPING ? 0.0 : part;
+    switch (way) {
+    case START_IN_HONEY:
+        return pinch_static_settle(p->model, &p->solver, u, p->total);
+    case START_IN_A_STEP:
+        return pinch_static_newton(p->model, &p->solver, PINCH_STATIC_LOAD_NEWTON_STEPS, u, p->total);
+    default:
+        return pinch_static_motion(p->model, &p->solver, &ramp, MASS[way], u, direction, p->total) ==
+               PINCH_FLOW_SETTLED;
+    }
+}
+
 /*
  * All forces grow from zero in proportion, so what the object does first decides which of several equilibria is
- * followed. It is set in motion by a load that grows from nothing to `part` of the goal and slides to rest there; where
- * that does not end, it settles as through honey. Returns the part reached, 0 for none; *step: how far to go on.
+ * followed. It is set in motion by a load that grows from nothing to `part` of the goal and slides to rest there. Where
+ * that does not end, or the object has come off all fingers and stays beside them, which is an equilibrium in any case,
+ * it is brought there in calmer ways. Returns the part reached, 0 for none; *step: how far to go on.
  */
 static double start_from_nothing(const phase *p, double part, double *step)
 {
-    pinch_static_model *model = p->model;
-    const pinch_static_ramp ramp = {p->factor, part, 1.0 / 300.0, true};
-    double at[6], way[6];
-    memcpy(at, p->u, sizeof at);
-    save_rest(model);
-    *p->factor = 0.0;
-    bool settled = pinch_static_motion(model, &p->solver, &ramp, 10.0, at, way, p->total) == PINCH_FLOW_SETTLED;
-    if (!settled) {
-        restore_rest(model);
-        memcpy(at, p->u, sizeof at);
-        *p->factor = part;
-        settled = pinch_static_settle(model, &p->solver, at, p->total);
+    double at[6];
+    int free_of_all = -1; /* the first way on which it has come to rest beside the fingers */
+    bool held = false;
+    for (int way = 0; way < START_WAYS && !held; way++) {
+        if (!start_one_way(p, (start_way)way, part, at)) continue;
+        held = is_held(p->model, at, part);
+        if (!held && free_of_all < 0) free_of_all = way;
     }
+    bool settled = held || (free_of_all >= 0 && start_one_way(p, (start_way)free_of_all, part, at));
     if (!settled) {
-        memset(p->u, 0, sizeof at);
-        for (int c = 0; c < model->count; c++) memset(model->contacts[c].rest, 0, REST_SIZE);
+        go_back_to_nothing(p, p->u);
         return 0.0;
     }
     bool on_ray = start_on_ray(p, at);

@@ -87,6 +87,16 @@ static bool is_at_rest(motion *m, const pinch_static_ramp *ramp, double *u)
     return true;
 }
 
+/* Returns the load's factor one step later, of which `part` is taken. From nothing it grows with the square of time, as
+ * the ramps of a run begin: what begins at once kicks an object away from its fingers. */
+static double factor_after(const pinch_static_ramp *ramp, double part)
+{
+    double now = *ramp->factor, growth = part * ramp->per_step;
+    if (!ramp->whole) return now + growth * ramp->goal;
+    double root = sqrt(now / ramp->goal) + growth;
+    return root * root * ramp->goal;
+}
+
 pinch_flow_outcome pinch_static_motion(pinch_static_model *model, const pinch_solver_settings *settings,
                                        const pinch_static_ramp *ramp, double mass, double *u, double *direction,
                                        pinch_solver_result *total)
@@ -102,7 +112,7 @@ pinch_flow_outcome pinch_static_motion(pinch_static_model *model, const pinch_so
     m.mass = mass * m.softest;
     double far_away = 1e4 / m.softest; /* as for the flow */
     for (int left = STEPS + LONGER; left > 0 && m.part > 1e-6;) {
-        double before = *ramp->factor, after = before + m.part * ramp->per_step * ramp->goal;
+        double before = *ramp->factor, after = factor_after(ramp, m.part);
         bool full = !(fabs(after) < fabs(ramp->goal));
         *ramp->factor = full ? ramp->goal : after;
         left -= full;

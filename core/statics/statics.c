@@ -84,6 +84,31 @@ static void allow_work(pinch_static_model *model, const pinch_statics_settings *
     if (!pinch_static_is_bare(&settings->solver)) model->work_left = work / model->count + least;
 }
 
+/*
+ * Refines u in twice the precision. Where fingers are between sticking and slipping, as they may stay while all forces
+ * grow in proportion, it may lead no further; there the solver takes what the search has left, which is as little as
+ * rounding lets it. Returns the residual.
+ */
+static double refine(pinch_static_model *model, const pinch_solver_settings *settings, const double *u,
+                     pinch_double_double exact[6], pinch_solver_result *total)
+{
+    const double little = 1e-13;
+    double at[6];
+    for (int j = 0; j < 6; j++) exact[j] = (pinch_double_double){at[j] = u[j], 0};
+    model->alpha = 0.0;
+    double residual = pinch_static_refine(model, exact, PINCH_STATIC_REFINEMENTS);
+    if (residual <= little) return residual;
+    pinch_solver_settings closer = *settings;
+    closer.tolerance = closer.goal = little;
+    if (!pinch_static_newton(model, &closer, PINCH_STATIC_LOAD_NEWTON_STEPS, at, total)) return residual;
+    pinch_double_double other[6];
+    for (int j = 0; j < 6; j++) other[j] = (pinch_double_double){at[j], 0};
+    double left = pinch_static_refine(model, other, PINCH_STATIC_REFINEMENTS);
+    if (!(left < residual)) return residual;
+    memcpy(exact, other, sizeof other);
+    return left;
+}
+
 static void solve_displacements(pinch_static_model *model, const pinch_grasp *grasp,
                                 const pinch_statics_settings *settings, pinch_finger_result *fingers,
                                 pinch_statics_result *result)
@@ -106,9 +131,7 @@ static void solve_displacements(pinch_static_model *model, const pinch_grasp *gr
         }
         return;
     }
-    for (int j = 0; j < 6; j++) exact[j] = (pinch_double_double){u[j], 0};
-    model->alpha = 0.0;
-    result->solve.residual = pinch_static_refine(model, exact, PINCH_STATIC_REFINEMENTS);
+    result->solve.residual = refine(model, &settings->solver, u, exact, &result->solve);
     result->solve.status = PINCH_SOLVE_CONVERGED;
     pinch_static_recover(model, grasp, exact, fingers, result);
 }

@@ -18,9 +18,10 @@ typedef struct solution {
     pinch_finger *fingers;
     pinch_finger_result *finger_results;
     pinch_statics_result result;
-    double time;   /* s, that the solve took */
-    double moment; /* s, of the schedule; NaN: its first entry */
-    bool searched; /* for the reserves, which are NaN otherwise */
+    double time;       /* s, that the solve took */
+    double moment;     /* s, of the schedule; NaN: its first entry */
+    bool searched;     /* for the reserves, which are NaN otherwise */
+    bool contradicted; /* what was found is of another equilibrium */
     pinch_static_limits limits;
     pinch_static_limit least_closing;
     grasp_directions directions; /* count 0: not asked for */
@@ -210,6 +211,8 @@ static void print_limits(const solution *x, FILE *stream)
     if (isfinite(x->least_closing.holds))
         terminal_print(stream, "  it holds down to %.6g of its grip (closing and normal forces of all fingers)\n",
                        x->least_closing.holds);
+    if (x->contradicted)
+        terminal_print(stream, "  its reserves are not known: by the default method the load leads elsewhere\n");
     print_directions(&x->directions, stream);
     print_open_limit("friction", friction, stream);
     print_open_limit("the load", load, stream);
@@ -287,6 +290,15 @@ static double force_of_load(const solution *x)
     return force > 0.0 ? force : 9.81 * x->s->objects[0].mass;
 }
 
+/* Do the reserves say that a grasp does not hold which was solved? Other methods and one step may end elsewhere than
+ * the path by which reserves are found. */
+static bool reserves_contradict(const solution *x)
+{
+    return x->result.solve.status == PINCH_SOLVE_CONVERGED &&
+           (x->limits.smallest_friction.holds > 1.0 || x->limits.largest_load_factor.holds < 1.0 ||
+            x->least_closing.holds > 1.0);
+}
+
 /* The reserves are always computed by the default method, whatever solved the grasp. Of a grasp that does not hold they
  * say what is missing. Returns false when memory runs out. */
 static bool find_limits(const options *o, solution *x, pinch_statics *statics)
@@ -301,8 +313,16 @@ static bool find_limits(const options *o, solution *x, pinch_statics *statics)
     settings.solver.newton_finish = true;
     if (o->directions && grasp_directions_find(statics, &x->grasp, &settings, force_of_load(x), &x->directions))
         return false;
-    return pinch_statics_limits(statics, &x->grasp, &settings, &x->limits) != PINCH_OUT_OF_MEMORY &&
-           pinch_statics_least_closing(statics, &x->grasp, &settings, &x->least_closing) != PINCH_OUT_OF_MEMORY;
+    if (pinch_statics_limits(statics, &x->grasp, &settings, &x->limits) == PINCH_OUT_OF_MEMORY ||
+        pinch_statics_least_closing(statics, &x->grasp, &settings, &x->least_closing) == PINCH_OUT_OF_MEMORY)
+        return false;
+    x->contradicted = reserves_contradict(x);
+    if (x->contradicted) {
+        x->searched = false;
+        x->limits = (pinch_static_limits){none, none};
+        x->least_closing = none;
+    }
+    return true;
 }
 
 /* The qualities are of the contacts alone, whether or not the load is held. Returns false when memory runs out. */
