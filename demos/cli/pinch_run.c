@@ -209,13 +209,14 @@ typedef struct run_outputs {
     bool remarks;
 } run_outputs;
 
-/* Contacts push apart what begins in each other, with forces that nobody has meant. */
+/* Contacts push apart what begins in each other, with forces that nobody has meant. Between fingers a little of it
+ * tells: what they push each other with is missing where they press. */
 static void remark_overlap(const world *w)
 {
-    static const double LARGE = 0.05; /* of the object's bounding radius */
+    static const double LARGE = 0.05, BETWEEN_FINGERS = 1e-3; /* of the object's bounding radius */
     world_overlap o;
     if (w->steps != 1 || !world_deepest_overlap(w, &o)) return;
-    if (o.depth < LARGE * w->scene->objects[0].shape.bounding_radius) return;
+    if (o.depth < (o.fingers ? BETWEEN_FINGERS : LARGE) * w->scene->objects[0].shape.bounding_radius) return;
     command_error("run", "%s: %s and %s begin %.3g m in each other, and are pushed apart", w->scene->name, o.first,
                   o.second, o.depth);
 }

@@ -178,6 +178,24 @@ static void report_yielding(const scene_finger *f, void (*report)(void *context,
     report(context, text);
 }
 
+/* Fingers that can be stopped push those that they begin in. Tips are mostly spheres, the default; of others nobody
+ * asks how deep they are. */
+static void report_overlap(const scene *s, const scene_finger *a, const scene_finger *b,
+                           void (*report)(void *context, const char *text), void *context)
+{
+    static const double LITTLE = 1e-3; /* of the object's bounding radius */
+    double apart[3], force;
+    char text[256];
+    if (a->tip.type != SCENE_SPHERE || b->tip.type != SCENE_SPHERE) return;
+    if (!scene_finger_force(a, &force) && !scene_finger_force(b, &force)) return;
+    scene_subtract(b->tip_position, a->tip_position, apart);
+    double depth = a->tip.bounding_radius + b->tip.bounding_radius - scene_norm(apart);
+    if (depth < LITTLE * s->objects[0].shape.bounding_radius) return;
+    snprintf(text, sizeof text, "what %s and %s push each other with, which begin %.3g m in each other", a->name,
+             b->name, depth);
+    report(context, text);
+}
+
 void scene_statics_leave_out(const scene *s, void (*report)(void *context, const char *text), void *context)
 {
     bool hertz = false, pads = false;
@@ -191,5 +209,9 @@ void scene_statics_leave_out(const scene *s, void (*report)(void *context, const
     if (s->object_count > 1) report(context, "other objects, and what they exert on the first");
     if (s->environment_count > 0) report(context, "the environment");
     scene_report_normals(s, "the object's surface at ", "", report, context);
-    for (size_t i = 0; i < s->finger_count; i++) report_yielding(&s->fingers[i], report, context);
+    for (size_t i = 0; i < s->finger_count; i++) {
+        report_yielding(&s->fingers[i], report, context);
+        for (size_t j = i + 1; j < s->finger_count; j++)
+            report_overlap(s, &s->fingers[i], &s->fingers[j], report, context);
+    }
 }

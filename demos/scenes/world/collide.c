@@ -185,7 +185,7 @@ bool world_deepest_overlap(const world *w, world_overlap *deepest)
     for (int i = 0; i < w->contact_count; i++) {
         const dContactGeom *g = &w->contacts[i].contact.geom;
         if (is_tip(w, g->g1) != is_tip(w, g->g2) || !(g->depth > deepest->depth)) continue;
-        *deepest = (world_overlap){name_of(w, g->g1), name_of(w, g->g2), g->depth};
+        *deepest = (world_overlap){name_of(w, g->g1), name_of(w, g->g2), g->depth, is_tip(w, g->g1)};
     }
     return deepest->depth > 0;
 }

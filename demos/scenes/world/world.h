@@ -248,6 +248,7 @@ world_status world_collide(world *w);
 typedef struct world_overlap {
     const char *first, *second; /* names; the scene's */
     double depth;
+    bool fingers; /* both are tips of the scene's fingers */
 } world_overlap;
 
 /* The deepest of all but those of a finger's tip with something else than a tip. False where nothing touches. */
