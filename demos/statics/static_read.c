@@ -39,17 +39,32 @@ static void joint_axis(const world_joint *j, double axis[3], double anchor[3])
     scene_copy(p, anchor);
 }
 
+/* How a point of what hangs from the joint moves by a unit of its coordinate. */
+static void point_motion(const world_joint *j, const double point[3], double velocity[3])
+{
+    double axis[3], anchor[3], arm[3];
+    joint_axis(j, axis, anchor);
+    scene_copy(axis, velocity);
+    if (j->of->type != HAND_HINGE) return;
+    scene_subtract(point, anchor, arm);
+    scene_cross(axis, arm, velocity);
+}
+
 /* What a unit of the joint's coordinate moves of what hangs from it. */
 static double joint_motion(const world_joint *j, const double point[3], const double d[3], bool turns)
 {
-    double axis[3], anchor[3], arm[3], velocity[3];
+    double axis[3], anchor[3], velocity[3];
+    point_motion(j, point, velocity);
     joint_axis(j, axis, anchor);
-    bool hinge = j->of->type == HAND_HINGE;
-    if (turns) return hinge ? scene_dot(axis, d) : 0;
-    if (!hinge) return scene_dot(axis, d);
-    scene_subtract(point, anchor, arm);
-    scene_cross(axis, arm, velocity);
+    if (turns) return j->of->type == HAND_HINGE ? scene_dot(axis, d) : 0;
     return scene_dot(velocity, d);
+}
+
+static int coordinate_of(const static_system *s, const world_joint *j)
+{
+    int owner;
+    (void)joint_of(s->w, j->body, &owner);
+    return s->first_joint[owner] + (int)(j - s->w->hands[owner].joints);
 }
 
 void static_add_motion(const static_system *s, dBodyID body, const double point[3], const double d[3], bool turns,
@@ -67,10 +82,35 @@ void static_add_motion(const static_system *s, dBodyID body, const double point[
         return;
     }
     for (const world_joint *j = joint_of(s->w, body, &owner); j; j = joint_of(s->w, j->parent, &owner))
-        g[s->first_joint[owner] + (j - s->w->hands[owner].joints)] += sign * joint_motion(j, point, d, turns);
+        g[coordinate_of(s, j)] += sign * joint_motion(j, point, d, turns);
 }
 
 /* ---- Loads. ---- */
+
+/*
+ * A force f on a link, at p. What it does to a joint i, f . v_i(p), changes as joints above and below i turn: with j no
+ * nearer to the base than i, all that hangs from j turns with hinge i, d(f . v_j)/dx_i = f . (a_i x v_j), and as f has
+ * a potential, d(f . v_i)/dx_j is the same. It is all that brings a link back which hangs from a joint without a drive.
+ */
+static void add_link_force(static_system *s, const world_joint *link, const double p[3], const double f[3])
+{
+    int m = s->coordinates, owner;
+    static_add_motion(s, link->body, p, f, false, 1, s->weight);
+    for (const world_joint *j = link; j; j = joint_of(s->w, j->parent, &owner)) {
+        double velocity[3];
+        point_motion(j, p, velocity);
+        for (const world_joint *i = j; i; i = joint_of(s->w, i->parent, &owner)) {
+            double axis[3], anchor[3], turned[3];
+            if (i->of->type != HAND_HINGE) continue;
+            joint_axis(i, axis, anchor);
+            scene_cross(axis, velocity, turned);
+            int a = coordinate_of(s, i), b = coordinate_of(s, j);
+            double change = scene_dot(f, turned);
+            s->weight_change[a * m + b] += change;
+            if (a != b) s->weight_change[b * m + a] += change;
+        }
+    }
+}
 
 static void read_loads(static_system *s)
 {
@@ -84,13 +124,13 @@ static void read_loads(static_system *s)
     for (int k = 0; k < w->hand_count; k++)
         for (int i = 0; i < w->hands[k].joint_count; i++) {
             const world_joint *j = &w->hands[k].joints[i];
-            dBodyID body = j->body;
-            double relief[3], at[3];
+            double relief[3], at[3], weight[3];
             dMass mass;
-            dBodyGetMass(body, &mass);
-            static_add_motion(s, body, dBodyGetPosition(body), gravity, false, mass.mass, s->weight);
+            dBodyGetMass(j->body, &mass);
+            for (int n = 0; n < 3; n++) weight[n] = mass.mass * gravity[n];
+            add_link_force(s, j, dBodyGetPosition(j->body), weight);
             world_relief(j, w->loads.v[SCENE_GRAVITY], relief, at);
-            if (j->relieved > 0) static_add_motion(s, body, at, relief, false, 1, s->weight);
+            if (j->relieved > 0) add_link_force(s, j, at, relief);
         }
     for (int i = 0; i < s->coordinates; i++) s->load[i] += s->weight[i];
 }
@@ -325,7 +365,8 @@ bool static_system_read(static_system *s, const world *w, char *why)
     }
     s->load = calloc((size_t)s->coordinates + 1, sizeof *s->load);
     s->weight = calloc((size_t)s->coordinates + 1, sizeof *s->weight);
-    if (!s->load || !s->weight) return false;
+    s->weight_change = calloc((size_t)(s->coordinates * s->coordinates) + 1, sizeof *s->weight_change);
+    if (!s->load || !s->weight || !s->weight_change) return false;
     read_loads(s);
     return read_rows(s) && read_contacts(s, why);
 }
@@ -339,5 +380,6 @@ void static_system_free(static_system *s)
     free(s->rows);
     free(s->load);
     free(s->weight);
+    free(s->weight_change);
     free(s->first_joint);
 }

@@ -75,7 +75,13 @@ static long double evaluate(newton *t, const long double *z)
     static_system *s = t->s;
     memset(t->f, 0, (size_t)t->n * sizeof *t->f);
     memset(t->jacobian, 0, (size_t)t->n * (size_t)t->n * sizeof *t->jacobian);
-    for (int i = 0; i < s->coordinates; i++) t->f[i] = s->load[i];
+    for (int i = 0; i < s->coordinates; i++) {
+        t->f[i] = s->load[i];
+        for (int j = 0; j < s->coordinates; j++) {
+            t->jacobian[i * t->n + j] = s->weight_change[i * s->coordinates + j];
+            t->f[i] += s->weight_change[i * s->coordinates + j] * z[j];
+        }
+    }
     for (int i = 0; i < s->contact_count; i++) add_contact(t, &s->contacts[i], z);
     for (int i = 0; i < s->row_count; i++) add_row(t, &s->rows[i], z);
     for (int i = 0; i < s->coordinates && t->alpha > 0; i++) {
@@ -259,6 +265,14 @@ static int follow_flow(newton *t, long double *z, long double *error)
     return -steps;
 }
 
+/* What the weights do to the joints where these are in the end. */
+static void turn_weights(static_system *s, const long double *z)
+{
+    for (int i = 0; i < s->coordinates; i++)
+        for (int j = 0; j < s->coordinates; j++)
+            s->weight[i] += (double)(s->weight_change[i * s->coordinates + j] * z[j]);
+}
+
 int static_solve(static_system *s, long double *z, double *residual, bool *found)
 {
     newton t;
@@ -274,6 +288,7 @@ int static_solve(static_system *s, long double *z, double *residual, bool *found
             taken = follow_flow(&t, z, &error);
             steps += abs(taken);
         }
+        turn_weights(s, z);
         *residual = (double)error;
         *found = taken >= 0;
     }

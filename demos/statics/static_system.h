@@ -7,12 +7,13 @@
 /*
  * Hands and objects that stand still, as equations in small displacements x from where a step of the world begins:
  *
- *     F = load + sum_c G_c^T r_c(G_c x) + sum_b a_b^T y_b = 0.
+ *     F = load + W x + sum_c G_c^T r_c(G_c x) + sum_b a_b^T y_b = 0.
  *
  * x: six numbers an object (m, then rad about its centre of mass), and one a joint of a hand (rad or m). G_c: the rows
- * that turn x into the motion of body 1 of contact c against body 2. r_c is the contact law with the springs as they
- * are when the step begins. Row b exerts y_b on the coordinate a_b x. A compliant row gives y from x; of a rigid one y
- * is an unknown, which follows the x in z = (x, y). Rotations are the same as lengths over `lever`.
+ * that turn x into the motion of body 1 of contact c against body 2. W: what turning changes of the links' weights. r_c
+ * is the contact law with the springs as they are when the step begins. Row b exerts y_b on the coordinate a_b x. A
+ * compliant row gives y from x; of a rigid one y is an unknown, which follows the x in z = (x, y). Rotations are the
+ * same as lengths over `lever`.
  */
 
 typedef enum static_row_kind {
@@ -50,8 +51,9 @@ typedef struct static_system {
     int coordinates, unknowns;
     int *first_joint; /* per hand: the coordinate of its first joint */
     double lever;     /* m: the largest object's bounding radius */
-    double *weight;   /* on each joint's coordinate: of the hands' links (N m or N) */
-    double *load;     /* on each coordinate */
+    double *weight;   /* on each joint's coordinate: of the hands' links (N m or N); solved: where x is the answer */
+    double *weight_change; /* coordinates x coordinates: by which it grows as each coordinate does */
+    double *load;          /* on each coordinate, where x is 0 */
     int contact_count;
     static_contact *contacts;
     pinch_contact *data;

@@ -250,6 +250,37 @@ static void test_nothing_touched(void **state)
     program_remove_folder(folder);
 }
 
+/* Two links hang from hinges without drives beside an object on a table, from where nothing brings them back but their
+ * weight. Off the vertical by a little, the answer is the vertical, but for the cube of that. */
+static void test_links_that_hang(void **state)
+{
+    (void)state;
+    static const char hand_text[] =
+        "<mujoco><compiler angle='radian'/><worldbody><body name='base'><geom type='sphere' size='0.005'/>"
+        "<body name='upper'><joint name='shoulder' axis='0 1 0' damping='0.2'/>"
+        "<geom type='box' size='.01 .01 .1' pos='0 0 -.1' mass='.2'/>"
+        "<body name='lower' pos='0 0 -.2'><joint name='elbow' axis='0 1 0' damping='0.2'/>"
+        "<geom type='box' size='.01 .01 .05' pos='0 0 -.05' mass='.1'/></body></body></body></worldbody></mujoco>";
+    static const char scene_text[] =
+        "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"box\", \"size\": [0.05, 0.05, 0.05]},"
+        " \"mass\": 0.1, \"position\": [0, 2, 0.02499]}, \"environment\": [{\"name\": \"table\", \"shape\": {\"type\":"
+        " \"box\", \"size\": [0.2, 0.2, 0.1]}, \"position\": [0, 2, -0.05], \"stiffness\": {\"normal\": 1e5},"
+        " \"friction\": 0.5}], \"hand\": {\"file\": \"%s/links.xml\","
+        " \"joints\": {\"shoulder\": %g, \"elbow\": %g}}}";
+    const double off = 1e-3;
+    char text[1024], *folder = program_make_folder();
+    free(program_write_file(folder, "links.xml", hand_text));
+    snprintf(text, sizeof text, scene_text, folder, off, -2 * off);
+    scene *s = scene_from_text(text);
+    hand_statics x;
+    assert_true(hand_statics_solve(s, 0, &x));
+    assert_int_equal(x.status, HAND_STATICS_SOLVED);
+    for (int i = 0; i < 2; i++) assert_true(fabs(x.joints[i].weight_torque) < 0.3 * 9.81 * 0.2 * 10 * off * off * off);
+    hand_statics_free(&x);
+    scene_free(s);
+    program_remove_folder(folder);
+}
+
 int main(void)
 {
     dInitODE2(0);
@@ -257,6 +288,7 @@ int main(void)
         cmocka_unit_test(test_torque_over_lever_arm), cmocka_unit_test(test_compliances_in_series),
         cmocka_unit_test(test_what_is_not_meant),     cmocka_unit_test(test_scenes_at_rest),
         cmocka_unit_test(test_the_command),           cmocka_unit_test(test_nothing_touched),
+        cmocka_unit_test(test_links_that_hang),
     };
     int failed = cmocka_run_group_tests_name("hands that stand still", tests, NULL, NULL);
     dCloseODE();
