@@ -195,6 +195,8 @@ static void test_the_command(void **state)
     assert_int_equal(schema_faults(schema, d), 0);
     assert_int_equal(json_array_size(json_object_get(d, "joints")), 9);
     assert_true(json_is_null(json_object_get(d, "grasp")));
+    assert_int_equal(json_array_size(json_object_get(d, "not_expressed")), 0);
+    assert_true(json_is_array(json_object_get(d, "not_expressed")));
     json_decref(d);
     json_decref(schema);
     program_free(&r);
