@@ -282,6 +282,7 @@ void pinch_joint_rows_of(const pinch_step_context *context, dJointID joint, cons
     pinch_row_builder b = {.joint = joint,
                            .body = {body[0], body[1]},
                            .reversed = pinch_joint_reversed(joint, body),
+                           .as_ode = context->settings.joints_by_ode || context->settings.ode_solves,
                            .h = context->h,
                            .noise = context->noise,
                            .step = context->number,

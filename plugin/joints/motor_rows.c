@@ -53,6 +53,19 @@ static void euler_angles(const pinch_row_builder *b, dVector3 shown[3], double a
     angle[2] = -atan2(pinch_v3_dot(x_then, y), pinch_v3_dot(x_then, q));
 }
 
+/*
+ * ODE measures the angles of a motor that is attached as (0, body) to the static world from the world's side: they fall
+ * where the body turns on about the axis, d(angle)/dt = -axis . w. Its rows count on a rise, so that a stop drives the
+ * body further beyond itself. Here a stop is that of the angle that rises, -angle, between -high and -low.
+ */
+static void turn_stops_round(pinch_limit_motor *m)
+{
+    double low = m->low_stop;
+    m->position = -m->position;
+    m->low_stop = -m->high_stop;
+    m->high_stop = -low;
+}
+
 void pinch_angular_motor_rows(pinch_row_builder *b)
 {
     int axes = dJointGetAMotorNumAxes(b->joint);
@@ -66,6 +79,7 @@ void pinch_angular_motor_rows(pinch_row_builder *b)
         pinch_limit_motor m = pinch_read_motor(b->joint, dJointGetAMotorParam, i * dParamGroup2);
         m.limited = m.crossed = known;
         m.position = euler ? angle[i] : dJointGetAMotorAngle(b->joint, i);
+        if (euler && b->reversed && !b->as_ode) turn_stops_round(&m);
         pinch_limit_motor_row(b, &m, axis[i]);
     }
     b->rows->exact = known;

@@ -2,7 +2,10 @@
  * Joints with a prismatic axis and others beside it: PR, PU and piston.
  *
  * A PR or piston that is attached as (0, body) to the static world has the arm from the body to its anchor the wrong
- * way round in ODE, in rows and errors alike. Its rows are so here, too: they are what ODE solves.
+ * way round in ODE, in rows and errors alike. With d the arm and o the anchor in the body's axes, ODE corrects by
+ * k (-d - o), where the body's motion x' changes d by -x': the error grows by the factor 1 + ERP in every step, from
+ * rounding where the anchor is at the body's centre, and from twice the arm elsewhere. Here the arm is the right way
+ * round wherever Pinch solves the joint. Where all joints are left to ODE, the rows are those that ODE solves.
  */
 #include "joints/row_builder.h"
 
@@ -23,7 +26,7 @@ static prismatic_anchors anchors_of(const pinch_row_builder *b, const double *an
     pinch_v3_sub(anchor2, x1, a.arm[0]);
     if (b->body[1])
         pinch_v3_sub(anchor2, dBodyGetPosition(b->body[1]), a.arm[1]);
-    else if (b->reversed)
+    else if (b->reversed && b->as_ode)
         pinch_v3_scale(a.arm[0], -1);
     pinch_v3_sub(anchor1, x1, own);
     pinch_v3_sub(a.arm[0], own, a.error);

@@ -17,6 +17,7 @@ typedef struct pinch_row_builder {
     dJointID joint;
     dBodyID body[2];
     bool reversed; /* the joint is attached as (0, body), which ODE turns round */
+    bool as_ode;   /* ODE solves all joints: their rows are to be its own where these are wrong, too */
     double h, erp, cfm;
     const double *noise; /* of pinch_step_context */
     long step;

@@ -107,7 +107,8 @@ static void test_every_joint(void **state)
                         assert_int_equal(other.joints_solved, 0);
                         assert_true(dJointIsEnabled(t.joint[0]));
                         cases++;
-                        if (kind->known && !(t.velocity_off < 1e-9 && t.feedback_off < 1e-9)) {
+                        bool compared = kind->known && !joint_rig_mends(kind, with, swapped);
+                        if (compared && !(t.velocity_off < 1e-9 && t.feedback_off < 1e-9)) {
                             wrong++;
                             print_error("%s with %s%s, %s, seed %d: velocities off by %g, feedback by %g\n", kind->name,
                                         joint_partner_names[with], swapped ? " (swapped)" : "", joint_variant_names[v],

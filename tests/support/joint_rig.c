@@ -474,6 +474,12 @@ bool joint_rig_possible(const joint_kind *kind, joint_partner with, bool swapped
     return kind->has_stops || v == JOINT_FREE || v == JOINT_MOTOR || v == JOINT_WEAK_MOTOR;
 }
 
+bool joint_rig_mends(const joint_kind *kind, joint_partner with, bool swapped)
+{
+    bool mirrored = kind->make == make_prismatic_rotoide || kind->make == make_piston || kind->make == make_euler_motor;
+    return mirrored && with == JOINT_STATIC_WORLD && swapped;
+}
+
 bool joint_rig_leaps(const joint_kind *kind, joint_partner with, bool swapped)
 {
     bool mirrored =

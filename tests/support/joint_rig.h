@@ -65,6 +65,9 @@ bool joint_rig_possible(const joint_kind *kind, joint_partner with, bool swapped
  * way round.
  */
 bool joint_rig_leaps(const joint_kind *kind, joint_partner with, bool swapped);
+/* Whether Pinch does not solve the joint as ODE would, as ODE's rows have its arm or angles the wrong way round
+ * (see prismatic_rows.c and motor_rows.c). test_joint_errors looks at its rows. */
+bool joint_rig_mends(const joint_kind *kind, joint_partner with, bool swapped);
 /* How many steps the rig makes sense for, at most `most`: one where the joint leaps, ten for wheels, which nothing else
  * holds at each other. */
 int joint_rig_steps(const joint_kind *kind, joint_partner with, bool swapped, int most);

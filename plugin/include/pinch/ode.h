@@ -374,6 +374,9 @@ PINCH_API pinch_status pinch_ode_contact_energy(const pinch_ode *plugin, pinch_o
  *     transmission                  anchors and axes
  *     plane-2D                      nothing: it is told once, and has no motors then
  *
+ * PR, piston and Euler motor that are attached as (0, body) run away in ODE itself, by the sign of their errors or
+ * stops; Pinch's own solve has the right one.
+ *
  * A hinge that was not noted is found out from its angle within some steps; the others stay with ODE. Axes are to be
  * set as unit vectors, and offsets as those of dJointSetPUAnchorOffset along the prismatic axis.
  * PINCH_INVALID_ARGUMENT for joints of other types, of which ODE shows everything, and for one without bodies;
