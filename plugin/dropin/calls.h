@@ -108,6 +108,7 @@
     VOID(geom_destroy, dGeomDestroy, (dGeomID geom), (geom))                                                           \
     VOID(space_destroy, dSpaceDestroy, (dSpaceID space), (space))                                                      \
     VOID(space_clean, dSpaceClean, (dSpaceID space), (space))                                                          \
+    VOID(space_add, dSpaceAdd, (dSpaceID space, dGeomID geom), (space, geom))                                          \
     VOID(geom_trimesh_set_data, dGeomTriMeshSetData, (dGeomID mesh, dTriMeshDataID data), (mesh, data))
 
 /* Older forms of calls in the first table, which the layer makes of those: it never calls them in ODE. */

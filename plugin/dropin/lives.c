@@ -194,3 +194,38 @@ void pinch_layer_geom_trimesh_set_data(dGeomID mesh, dTriMeshDataID data)
     put_where_it_is(mesh);
     pinch_layer_own()->ode_geom_trimesh_set_data(mesh, data);
 }
+
+/* Tells whether ODE may have no place for a geom: it does not show that of a height field. */
+static bool may_have_no_place(dGeomID geom)
+{
+    int class = dGeomGetClass(geom);
+    return dGeomIsSpace(geom) || class == dPlaneClass || (class == dHeightfieldClass && !dGeomGetBody(geom));
+}
+
+static void meets_nothing(void *data, dGeomID a, dGeomID b)
+{
+    (void)data, (void)a, (void)b;
+}
+
+/* Has a space look at all of its geoms that have moved. */
+static void look_around(dSpaceID space)
+{
+    static const double POINT = 1e-9;
+    dGeomID point = pinch_layer_own()->ode_create_sphere(NULL, POINT);
+    dSpaceCollide2((dGeomID)space, point, NULL, meets_nothing);
+    pinch_layer_own()->ode_geom_destroy(point);
+}
+
+/*
+ * ODE puts a geom that it adds first in the list, and does not say that it has moved. So the space does not look at
+ * those behind it that have, such as the space that the geom was taken from, until the geom's body moves, which does
+ * not happen at rest. A geom without a place cannot be said to have moved: the space looks at the others before it
+ * comes. ODE itself adds a geom that it makes, of no class yet, which the space looks at.
+ */
+void pinch_layer_space_add(dSpaceID space, dGeomID geom)
+{
+    bool new = dGeomGetClass(geom) < 0, placed = !new && !may_have_no_place(geom);
+    if (!new && !placed) look_around(space);
+    pinch_layer_own()->ode_space_add(space, geom);
+    if (placed) put_where_it_is(geom);
+}

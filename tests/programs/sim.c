@@ -135,6 +135,10 @@ dBodyID sim_capsule(sim *s, double mass, double radius, double length, double px
 static void near(void *data, dGeomID a, dGeomID b)
 {
     sim *s = data;
+    if (dGeomIsSpace(a) || dGeomIsSpace(b)) {
+        dSpaceCollide2(a, b, data, near);
+        return;
+    }
     dBodyID body1 = dGeomGetBody(a), body2 = dGeomGetBody(b);
     if (!body1 && !body2) return;
     if (body1 && body2 && dAreConnectedExcluding(body1, body2, dJointTypeContact)) return;

@@ -90,6 +90,7 @@ PINCH_API void pinch_dropin_world_destroy(dWorldID world);
 PINCH_API void pinch_dropin_geom_destroy(dGeomID geom);
 PINCH_API void pinch_dropin_space_destroy(dSpaceID space);
 PINCH_API void pinch_dropin_space_clean(dSpaceID space);
+PINCH_API void pinch_dropin_space_add(dSpaceID space, dGeomID geom);
 PINCH_API void pinch_dropin_geom_trimesh_set_data(dGeomID mesh, dTriMeshDataID data);
 PINCH_API dGeomID pinch_dropin_create_sphere(dSpaceID space, dReal radius);
 PINCH_API dGeomID pinch_dropin_create_box(dSpaceID space, dReal lx, dReal ly, dReal lz);
@@ -163,6 +164,7 @@ PINCH_API dGeomID pinch_dropin_create_geom(int class_number);
 #define dGeomDestroy                 pinch_dropin_geom_destroy
 #define dSpaceDestroy                pinch_dropin_space_destroy
 #define dSpaceClean                  pinch_dropin_space_clean
+#define dSpaceAdd                    pinch_dropin_space_add
 #define dGeomTriMeshSetData          pinch_dropin_geom_trimesh_set_data
 #define dCreateSphere                pinch_dropin_create_sphere
 #define dCreateBox                   pinch_dropin_create_box
