@@ -167,10 +167,11 @@ PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, cons
  * body takes its place in the pair, or the world. The contact's geometry is used, and where neither geom has a material
  * its surface parameters, which keep their meaning in ODE: soft ERP and CFM or the world's, mu as coefficient
  * (dContactApprox1: an ellipse where mu2 differs) or as a force, bounce (1 at most), motion1/2/N, slip1/2 (those give
- * way without a spring), rho, rho2 and rhoN. Other tangents get a spring in proportion to the normal one
- * (settings.tangential_ratio), so that what sticks does not creep. Infinite mu holds without a limit what pressed in
- * the last step; a contact that begins to press has 10 as its coefficient until then. As in ODE this is a row without a
- * limit, and mu as a force does not ask for a normal force either: the step in which a contact lifts off still drags.
+ * way without a spring), rho, rho2 and rhoN. A negative depth counts as 0 then; where a geom has a material, it is a
+ * gap that may close. Other tangents get a spring in proportion to the normal one (settings.tangential_ratio), so that
+ * what sticks does not creep. Infinite mu holds without a limit what pressed in the last step; a contact that begins to
+ * press has 10 as its coefficient until then. As in ODE this is a row without a limit, and mu as a force does not ask
+ * for a normal force either: the step in which a contact lifts off still drags.
  * (A material of infinite friction does not.)
  *
  * Stiff contacts are solved with a floor under their compliance, a small part (1e-4 at first) of what the bodies'
