@@ -14,8 +14,19 @@ static void quiet_sleeper(const pinch_drives *drives, const pinch_step_body *b)
     if (b->drive < 0 && !dBodyIsEnabled(b->body)) pinch_take_back_contact_forces(drives, b);
 }
 
-/* Computes what ODE arrived at less what was solved for. With damping, ODE scales a velocity after it has moved the
- * body with it: what goes beyond the damping is known, but not which way the body went. */
+/* Returns what the body's limit of the angular speed has taken from the spin solved for, rad/s. */
+static double taken_by_limit(dBodyID body, const double *solved)
+{
+    double most = dBodyGetMaxAngularSpeed(body), speed2 = pinch_v3_dot(solved, solved);
+    return speed2 > most * most ? sqrt(speed2) - most : 0;
+}
+
+/*
+ * Computes what ODE arrived at less what was solved for. With damping, ODE scales a velocity after it has moved the
+ * body with it: what goes beyond the damping is known, but not which way the body went. A limit of the angular speed is
+ * none of a contact's: what it takes in a step the contact slips, without a force. A spring that took it up would be
+ * stretched far beyond what friction holds, and pull the body below its limit.
+ */
 static void measure_mismatch(pinch_step_body *b, double largest[2])
 {
     double *difference = b->velocity, damping[2] = {dBodyGetLinearDamping(b->body), dBodyGetAngularDamping(b->body)};
@@ -24,12 +35,14 @@ static void measure_mismatch(pinch_step_body *b, double largest[2])
         return;
     }
     const double *now[2] = {dBodyGetLinearVel(b->body), dBodyGetAngularVel(b->body)};
+    const double limited[2] = {0, taken_by_limit(b->body, difference + 3)};
     for (int part = 0; part < 2; part++) {
-        double taken = damping[part] * pinch_v3_norm(difference + 3 * part);
+        double taken = limited[part] + damping[part] * pinch_v3_norm(difference + 3 * part);
         pinch_v3_sub(now[part], difference + 3 * part, difference + 3 * part);
         double excess = pinch_v3_norm(difference + 3 * part) - taken;
         if (!(largest[part] > excess)) largest[part] = excess;
     }
+    if (limited[1] > 0) memset(difference + 3, 0, 3 * sizeof *difference);
     if (damping[0] != 0 || damping[1] != 0) memset(difference, 0, sizeof b->velocity);
 }
 

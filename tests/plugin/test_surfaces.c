@@ -562,6 +562,27 @@ static void test_a_gap_holds(void **state)
     arena_free(&a);
 }
 
+/* A ball that may turn with 10 rad/s at most slides until it rolls so, at 1 m/s, as under ODE. What the limit takes of
+ * its spin in the last steps of that is no shear that would pull it below. */
+static void test_a_limit_of_the_spin_is_reached(void **state)
+{
+    (void)state;
+    const double steps[2] = {0.01, 0.001};
+    for (int k = 0; k < 2; k++) {
+        arena a;
+        arena_make(&a, steps[k]);
+        dBodyID ball = add_sphere(&a, 0.1, 1, 0.1);
+        dBodySetMaxAngularSpeed(ball, 10);
+        dBodySetLinearVel(ball, 3, 0, 0);
+        dBodySetAngularVel(ball, 0, 30, 0);
+        arena_run(&a, 2);
+        assert_close(dBodyGetLinearVel(ball)[0], 1, 1e-6);
+        assert_close(dBodyGetAngularVel(ball)[1], 10, 1e-6);
+        assert_true(pinch_ode_statistics(a.plugin).step_mismatch_angular < 1e-9);
+        arena_free(&a);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -582,6 +603,7 @@ int main(void)
         cmocka_unit_test(test_extreme_parameters),
         cmocka_unit_test(test_sleeping_and_waking),
         cmocka_unit_test(test_a_gap_holds),
+        cmocka_unit_test(test_a_limit_of_the_spin_is_reached),
     };
     dInitODE2(0);
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
