@@ -365,3 +365,16 @@ void pinch_force_refine_rows(pinch_force_system *s)
     solve(j, j->solution);
     for (int i = 0; i < j->count; i++) s->multipliers[i].y -= j->solution[j->place[i]];
 }
+
+bool pinch_force_may_hold_rows(const pinch_force_system *s)
+{
+    return s->joints && !s->joints->bounded && !s->dependent_rows;
+}
+
+void pinch_force_hold_rows(pinch_force_system *s)
+{
+    pinch_force_satisfy_rows(s, true);
+    (void)pinch_force_evaluate(s);
+    pinch_force_refine_rows(s);
+    (void)pinch_force_evaluate(s);
+}

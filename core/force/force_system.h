@@ -486,6 +486,20 @@ void pinch_force_find_residual(const pinch_force_system *system, const double *r
  */
 bool pinch_force_bicgstab(pinch_force_system *system, double exactness);
 
+/* force_joints.c */
+
+/*
+ * Newton's steps find forces and multipliers together, and where contacts are stiff and jammed, their rounding leaves
+ * joint rows that miss more than the check of an answer lets pass: rows that do not depend on each other have to hold
+ * to their own rounding. With the forces as they are, the factor of S finds multipliers with which they do, and what
+ * contacts move by that is far below what their laws tell. Tells whether there is such a factor, and no bound that
+ * might stop a multiplier on its way.
+ */
+bool pinch_force_may_hold_rows(const pinch_force_system *system);
+
+/* Finds these multipliers. */
+void pinch_force_hold_rows(pinch_force_system *system);
+
 /* force_result.c */
 
 /*

@@ -219,6 +219,20 @@ static void take_back_trial(step_solve *s)
     s->has_trial = false;
 }
 
+/* Checks an answer, and where it does not hold, once more with joint rows that are held by themselves. Returns false
+ * when memory ran out. */
+static bool check_forces(step_solve *s, pinch_force_system *system, bool *verified)
+{
+    double share;
+    *verified = pinch_step_verify(s->problem, s->settings->tolerance, system->body_scratch, s->result);
+    if (*verified || !pinch_force_may_hold_rows(system)) return true;
+    pinch_force_undo(system);
+    pinch_force_hold_rows(system);
+    if (!pinch_force_read_back(&s->solver->arena, s->problem, system, s->result, &share)) return false;
+    *verified = pinch_step_verify(s->problem, s->settings->tolerance, system->body_scratch, s->result);
+    return true;
+}
+
 /* Solves, and checks the answer. What the check does not let pass of an approximation stays one. */
 static pinch_status solve_in_forces(step_solve *s, const pinch_mobility *mobility, pinch_force_way way)
 {
@@ -231,8 +245,9 @@ static pinch_status solve_in_forces(step_solve *s, const pinch_mobility *mobilit
     if (!pinch_force_solve(arena, problem, mobility, settings, way, &system, result)) return failure(arena);
     bool approximated = system.given_up || way == PINCH_FORCE_BY_SWEEPS;
     if (result->solve.status != PINCH_SOLVE_CONVERGED) result->swept = false;
-    if (result->solve.status == PINCH_SOLVE_CONVERGED &&
-        !pinch_step_verify(problem, settings->tolerance, system.body_scratch, result)) {
+    bool converged = result->solve.status == PINCH_SOLVE_CONVERGED, verified = false;
+    if (converged && !check_forces(s, &system, &verified)) return failure(arena);
+    if (converged && !verified) {
         result->solve.status = approximated ? PINCH_SOLVE_MAX_ITERATIONS : PINCH_SOLVE_UNVERIFIED;
         result->swept = approximated;
     }

@@ -320,6 +320,22 @@ static void test_light_wheels_bear_it(void **state)
     }
 }
 
+/* Hinged plates collapse onto each other and jam. Their hinges hold to rounding in each answer, so that nothing is left
+ * to a path of solutions, which takes thousands of factorizations. */
+static void test_plates_that_jam(void **state)
+{
+    (void)state;
+    enum { STEPS = 250, MOST_ITERATIONS = 300 };
+    char *command[] = {exec_program("plates"), "--open", "1", "--stepper", "quick", "--steps", "250", NULL};
+    exec_run r = exec_program_run((char *[]){NULL}, command);
+    assert_int_equal(r.result.status, 0);
+    assert_int_equal((int)exec_number(r.stats, "steps"), STEPS);
+    assert_true(exec_number(r.stats, "islands_by_flow") == 0);
+    assert_true(exec_number(r.stats, "iterations_max") <= MOST_ITERATIONS);
+    assert_true(exec_number(r.line, "energy_max") <= 1.001 * exec_number(r.line, "energy_start"));
+    exec_run_free(&r);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -335,6 +351,7 @@ int main(void)
         cmocka_unit_test(test_light_wheels_bear_it),
         cmocka_unit_test(test_light_bodies_are_not_squashed),
         cmocka_unit_test(test_fingers_of_links_are_pushed_back),
+        cmocka_unit_test(test_plates_that_jam),
     };
     return cmocka_run_group_tests_name("exec joints", tests, NULL, NULL);
 }
