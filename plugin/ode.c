@@ -127,8 +127,8 @@ pinch_status pinch_ode_each_pair(pinch_ode *p, dSpaceID space, void *context, dN
 pinch_status pinch_ode_collide(pinch_ode *p, dSpaceID space, int most, pinch_ode_near near, void *context)
 {
     const pinch_detection_request request = {space, most, near, context};
-    const pinch_contact_sink sink = sink_of(p);
     if (!p || !space || most < 1 || !near || p->solved || p->detecting) return PINCH_INVALID_ARGUMENT;
+    const pinch_contact_sink sink = sink_of(p);
     p->detecting = true;
     pinch_status status = pinch_detect(&p->detection, p->pool.workers, &request, &sink);
     p->detecting = false;

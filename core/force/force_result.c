@@ -251,7 +251,8 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
 {
     double largest = 0;
     *share = 0;
-    if (!pinch_force_may_hold_rows(s)) pinch_arena_rewind(arena, &s->built); /* or the factor of the rows is needed */
+    s->joints_kept = pinch_force_may_hold_rows(s);
+    if (!s->joints_kept) pinch_arena_rewind(arena, &s->built);
     s->before = PINCH_ARENA_ARRAY(arena, pinch_force_before, s->contact_count + 1);
     s->body_scratch = PINCH_ARENA_ARRAY(arena, double, 12 * problem->body_count);
     int chunks = pinch_chunk_count(problem->contact_count);

@@ -151,6 +151,7 @@ typedef struct pinch_force_system {
     struct pinch_force_joints *joints; /* NULL where there is no factor, or not yet */
     pinch_force_condensed *condensed;  /* NULL where steps in the contacts alone are not worth it */
     bool joints_tried;                 /* whether both are there has been found out */
+    bool joints_kept;                  /* `joints` outlives the reading back of an answer */
     bool in_contacts;                  /* the rows hold, whatever the forces: y and q are not kept up to date */
 } pinch_force_system;
 
@@ -492,8 +493,8 @@ bool pinch_force_bicgstab(pinch_force_system *system, double exactness);
  * Newton's steps find forces and multipliers together, and where contacts are stiff and jammed, their rounding leaves
  * joint rows that miss more than the check of an answer lets pass: rows that do not depend on each other have to hold
  * to their own rounding. With the forces as they are, the factor of S finds multipliers with which they do, and what
- * contacts move by that is far below what their laws tell. Tells whether there is such a factor, and no bound that
- * might stop a multiplier on its way.
+ * contacts move by that is far below what their laws tell. Tells, until an answer is read back, whether there is such a
+ * factor, and no bound that might stop a multiplier on its way.
  */
 bool pinch_force_may_hold_rows(const pinch_force_system *system);
 
