@@ -56,7 +56,7 @@ pinch_flow_outcome pinch_static_flow(pinch_static_model *model, const pinch_solv
 typedef struct pinch_static_ramp {
     double *factor;
     double goal, per_step;
-    bool whole; /* rest counts only once the goal is reached */
+    bool whole; /* from nothing: its root grows in this way, and rest counts only once the goal is reached */
 } pinch_static_ramp;
 
 /*

@@ -54,10 +54,12 @@ static void point_motion(const world_joint *j, const double point[3], double vel
 static double joint_motion(const world_joint *j, const double point[3], const double d[3], bool turns)
 {
     double axis[3], anchor[3], velocity[3];
-    point_motion(j, point, velocity);
+    if (!turns) {
+        point_motion(j, point, velocity);
+        return scene_dot(velocity, d);
+    }
     joint_axis(j, axis, anchor);
-    if (turns) return j->of->type == HAND_HINGE ? scene_dot(axis, d) : 0;
-    return scene_dot(velocity, d);
+    return j->of->type == HAND_HINGE ? scene_dot(axis, d) : 0;
 }
 
 static int coordinate_of(const static_system *s, const world_joint *j)

@@ -414,9 +414,11 @@ bool pinch_take_again(const pinch_contact_sink *sink, const dGeomID geom[2], con
     for (int i = 0; i < count; i++) {
         const pinch_buffered_contact *before = &store->buffer.items[place + i];
         incoming_contact c = come_again(&contacts[i], body, before);
-        (void)read_sides(&c, sink->drives);
+        if (i == 0) {
+            (void)read_sides(&c, sink->drives);
+            begin_pair(store, pair, &c, sink->context->number);
+        }
         c.surface = before->surface;
-        if (i == 0) begin_pair(store, pair, &c, sink->context->number);
         put(store, pair, &c, place + i, before);
     }
     return pair->unchanged && !pair->watched;
