@@ -137,6 +137,7 @@ bool mjcf_is_limited(const mjcf_element *e, const char *limited, bool has_range,
                       "expected %s=\"true\" or \"false\" beside the range: the compiler's autolimits is "
                       "false",
                       limited);
+    if (word == 2 && range[0] > range[1]) reader_ignore(e->m->r, e->node, "range with the larger number first");
     if (word == 2) return whole && range[0] < range[1];
     if (word == 1 && !(range[0] < range[1]))
         reader_refuse(e->m->r, e->node, "expected a range with the lower number first, because %s is true", limited);

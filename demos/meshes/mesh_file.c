@@ -60,12 +60,19 @@ static bool read_all(source *s, const char *path)
     return false;
 }
 
-/* The next line without its end; NULL after the last. */
+/* The next line without its end; NULL after the last. A backslash at its end makes one line of it and the next. */
 static char *next_line(source *s)
 {
     if (s->at >= s->text + s->length) return NULL;
-    char *line = s->at, *end = strchr(line, '\n');
-    s->line++;
+    char *line = s->at, *end;
+    while ((end = strchr(s->at, '\n')) != NULL) {
+        char *last = end > s->at && end[-1] == '\r' ? end - 1 : end;
+        s->line++;
+        if (last == s->at || last[-1] != '\\') break;
+        memset(last - 1, ' ', (size_t)(end + 2 - last));
+        s->at = end + 1;
+    }
+    if (!end) s->line++;
     s->at = end ? end + 1 : s->text + s->length;
     if (end) *end = '\0';
     size_t length = strlen(line);

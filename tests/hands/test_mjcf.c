@@ -305,6 +305,24 @@ static void things_beside_the_hand(void **state)
     program_remove_folder(folder);
 }
 
+/* Without `limited`, a range of two zeros is none. One the wrong way around is none either, and that is said. */
+static void ranges_that_limit_nothing(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    hand *h =
+        hand_from_text(folder, "h.xml",
+                       "<mujoco><worldbody><body><joint name=\"a\" range=\"0 0\"/><joint name=\"b\" range=\"9 -9\"/>"
+                       "<geom size=\"1\"/></body></worldbody></mujoco>");
+    assert_int_equal(h->joint_count, 2);
+    assert_false(h->joints[0].limited || h->joints[1].limited);
+    assert_int_equal(h->ignored_count, 1);
+    assert_string_equal(h->ignored[0].what, "range with the larger number first");
+    assert_int_equal(h->ignored[0].count, 1);
+    hand_free(h);
+    program_remove_folder(folder);
+}
+
 #define FLOATING "<body><freejoint/><geom size=\"1\"/><body><joint/><geom size=\"1\"/></body></body>"
 
 static const hand_fault faults[] = {
@@ -382,6 +400,7 @@ int main(void)
         cmocka_unit_test(includes),
         cmocka_unit_test(unmodelled_parts),
         cmocka_unit_test(contact_dimensions),
+        cmocka_unit_test(ranges_that_limit_nothing),
         cmocka_unit_test(things_beside_the_hand),
         cmocka_unit_test(couplings_form_trees),
         cmocka_unit_test(faults_have_lines),

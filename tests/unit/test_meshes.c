@@ -58,6 +58,22 @@ static void test_numbers_end_where_they_end(void **state)
     refused("v 0 0 0\nv 1 0,5 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", "line 2: expected three");
 }
 
+/* A backslash at the end of a line goes on in the next, also with DOS ends; lines are counted as they are in the file.
+ */
+static void test_lines_that_go_on(void **state)
+{
+    (void)state;
+    char error[256];
+    double volume = 0;
+    load_text("# a comment \\\nf 9 9 9\nv 0 \\\n0 0\nv 1 0 0\nv 0 1 0\nv 0 0 \\\r\n\\\n1\r\nf 1 \\\n3 2\n"
+              "f 1 2 4\nf 1 4 3\nf 2 3\\\n4",
+              error, &volume);
+    assert_string_equal(error, "");
+    assert_float_equal(volume, 1.0 / 6, 1e-12);
+    refused("v 0 0 \\\n0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 x\n", "line 6: expected a face");
+    refused("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2 \\", "a face of corner numbers");
+}
+
 static void test_zero_bytes_are_refused(void **state)
 {
     (void)state;
@@ -254,9 +270,10 @@ static int remove_folder(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_numbers_end_where_they_end),  cmocka_unit_test(test_zero_bytes_are_refused),
-        cmocka_unit_test(test_only_regular_files_are_read), cmocka_unit_test(test_open_pieces_are_refused),
-        cmocka_unit_test(test_overlaps_are_found),          cmocka_unit_test(test_many_pieces_touch),
+        cmocka_unit_test(test_numbers_end_where_they_end), cmocka_unit_test(test_lines_that_go_on),
+        cmocka_unit_test(test_zero_bytes_are_refused),     cmocka_unit_test(test_only_regular_files_are_read),
+        cmocka_unit_test(test_open_pieces_are_refused),    cmocka_unit_test(test_overlaps_are_found),
+        cmocka_unit_test(test_many_pieces_touch),
     };
     return cmocka_run_group_tests_name("meshes", tests, make_folder, remove_folder);
 }
