@@ -75,7 +75,8 @@ void pinch_force_elastic(const pinch_force_element *e, double elastic[5])
     if (e->rows > 4) shrink(elastic + 3, 2, c->compliance[2], compliance[3]);
 }
 
-static inline void set_contact(pinch_force_element *e, double h, double floor, const double *inertia)
+/* inertia: W of the rows; tangential: the largest of the tangents */
+static inline void set_contact(pinch_force_element *e, double h, double floor, const double *inertia, double tangential)
 {
     const pinch_contact *c = e->contact;
     int rows = e->rows;
@@ -85,7 +86,7 @@ static inline void set_contact(pinch_force_element *e, double h, double floor, c
         prescribed[i] = pinch_force_prescribed(c, h, i);
         least[i] = c->may_soften ? floor * h * inertia[i] : 0;
     }
-    if (rows > 1) least[1] = least[2] = pinch_larger(least[1], least[2]);
+    if (rows > 1) least[1] = least[2] = c->may_soften ? floor * h * tangential : 0;
     if (rows == 6) least[3] = least[4] = least[5] = fmax(least[3], fmax(least[4], least[5]));
     for (int i = 0; i < rows; i++) compliance[i] = pinch_larger(prescribed[i], least[i]);
     pinch_force_elastic(e, elastic);
@@ -144,11 +145,20 @@ void pinch_force_set_scale(pinch_force_system *s)
     add_multipliers_to_scale(s);
 }
 
+/* Returns the largest that W is along any tangent. Another pair of tangents has the same: what turns with its contacts
+ * keeps its compliances, and with them all of its elastic state (29). */
+static double largest_tangential(const pinch_force_element *e, const double *inertia)
+{
+    double across = pinch_blocks_dot(e->block, 1, 2), half = 0.5 * (inertia[1] - inertia[2]);
+    return 0.5 * (inertia[1] + inertia[2]) + sqrt(half * half + across * across);
+}
+
 static inline double set_element(const pinch_force_system *s, pinch_force_element *e, double floor, double sum)
 {
     double inertia[PINCH_CONTACT_ROWS_MAX], h = s->step;
     for (int i = 0; i < e->rows; i++) inertia[i] = pinch_blocks_norm2(e->block, i);
-    if (e->contact) set_contact(e, h, floor, inertia);
+    bool softens = e->contact && e->contact->may_soften && e->rows > 1;
+    if (e->contact) set_contact(e, h, floor, inertia, softens ? largest_tangential(e, inertia) : 0);
     if (e->rows > 1) inertia[1] = inertia[2] = pinch_larger(inertia[1], inertia[2]);
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
     double *rho = pinch_force_values(e, PINCH_FORCE_RHO);

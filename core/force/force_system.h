@@ -225,7 +225,7 @@ void pinch_force_warm_start(pinch_force_system *system, const pinch_problem *pro
 
 /*
  * Sets compliances with a floor, equation (25): C = max(prescribed, floor h W) for contacts that may soften, W the
- * larger of the two tangents' for both. Where that is less than in the last step, the elastic state shrinks with it, so
+ * largest along any tangent for both. Where that is less than in the last step, the elastic state shrinks with it, so
  * that the force stays, equation (29). It also sets b and rho, and the scale.
  */
 void pinch_force_set_floor(pinch_force_system *system, double floor);

@@ -74,4 +74,15 @@ static inline double pinch_blocks_norm2(const pinch_row_block block[2], int row)
     return sum;
 }
 
+/* The product of two rows of an element in the same sense. */
+static inline double pinch_blocks_dot(const pinch_row_block block[2], int row1, int row2)
+{
+    double sum = 0;
+    for (int b = 0; b < 2; b++) {
+        const double *g1 = block[b].g + row1 * block[b].size, *g2 = block[b].g + row2 * block[b].size;
+        for (int k = 0; k < block[b].size; k++) sum += g1[k] * g2[k];
+    }
+    return sum;
+}
+
 #endif
