@@ -8,6 +8,28 @@
 #include <math.h>
 #include <string.h>
 
+/* Finds the rows of D for two rows of friction that share a limit, from `first` on: D_tn and D_t below. */
+static inline bool conductance_of_two(const pinch_force_element *e, const double *derivative, int first)
+{
+    const int rows = e->rows;
+    const double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
+    const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
+    double *d = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
+    const double *t = derivative + rows * first, *u = t + rows, *tt = t + first, *ut = u + first;
+    double stays[2] = {1 - rho[first] * compliance[first], 1 - rho[first + 1] * compliance[first + 1]};
+    double b00 = 1 - tt[0] * stays[0], b01 = -tt[1] * stays[1], b10 = -ut[0] * stays[0], b11 = 1 - ut[1] * stays[1];
+    double over = 1 / (b00 * b11 - b01 * b10), by_normal = rho[0] + (1 - rho[0] * compliance[0]) * d[0];
+    const double right[3][2] = {{t[0] * by_normal, u[0] * by_normal},
+                                {tt[0] * rho[first], ut[0] * rho[first]},
+                                {tt[1] * rho[first + 1], ut[1] * rho[first + 1]}};
+    for (int k = 0; k < 3; k++) {
+        int column = k == 0 ? 0 : first + k - 1;
+        d[first * rows + column] = over * (b11 * right[k][0] - b01 * right[k][1]);
+        d[(first + 1) * rows + column] = over * (b00 * right[k][1] - b10 * right[k][0]);
+    }
+    return isfinite(over);
+}
+
 /*
  * Finds D = A^-1 J rho of a contact with friction. The normal force depends on no other row, so J is
  *
@@ -18,30 +40,19 @@
  */
 static bool conductance_of_friction(const pinch_force_element *e, const double *derivative)
 {
-    const int rows = e->rows;
     const double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
-    double stays[3], *d = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
-    for (int i = 0; i < 3; i++) stays[i] = 1 - rho[i] * compliance[i];
-    d[0] = derivative[0] * rho[0] / (1 - derivative[0] * stays[0]);
+    double *d = pinch_force_values(e, PINCH_FORCE_CONDUCTANCE);
+    d[0] = derivative[0] * rho[0] / (1 - derivative[0] * (1 - rho[0] * compliance[0]));
     d[1] = d[2] = 0;
-    const double *t = derivative + rows, *u = t + rows;
-    double b00 = 1 - t[1] * stays[1], b01 = -t[2] * stays[2], b10 = -u[1] * stays[1], b11 = 1 - u[2] * stays[2];
-    double over = 1 / (b00 * b11 - b01 * b10), by_normal = rho[0] + stays[0] * d[0];
-    const double right[3][2] = {
-        {t[0] * by_normal, u[0] * by_normal}, {t[1] * rho[1], u[1] * rho[1]}, {t[2] * rho[2], u[2] * rho[2]}};
-    for (int k = 0; k < 3; k++) {
-        d[rows + k] = over * (b11 * right[k][0] - b01 * right[k][1]);
-        d[2 * rows + k] = over * (b00 * right[k][1] - b10 * right[k][0]);
-    }
-    return isfinite(over);
+    return conductance_of_two(e, derivative, 1);
 }
 
 /*
- * The same with rolling and spinning, each of which has limits of its own (contact_law.c): row i of J has but c_i in
- * the normal's column and t_i on the diagonal, so that
+ * The same with rolling and spinning, which have limits of their own (contact_law.c). The two rolling rows share one as
+ * the tangents do. The row of spinning has but c in the normal's column and t on the diagonal of J, so that
  *
- *     D_in = c_i (rho_n + (1 - rho C)_n D_n) / b_i,  D_ii = t_i rho_i / b_i    with b_i = 1 - t_i (1 - rho C)_i.
+ *     D_n = c (rho_n + (1 - rho C)_n D_n) / b,  D_t = t rho / b    with b = 1 - t (1 - rho C).
  */
 static bool conductance_of_rolling(const pinch_force_element *e, const double *derivative)
 {
@@ -52,13 +63,10 @@ static bool conductance_of_rolling(const pinch_force_element *e, const double *d
     memset(d, 0, sizeof *d * N * N);
     if (!conductance_of_friction(e, derivative)) return false;
     double by_normal = rho[0] + (1 - rho[0] * compliance[0]) * d[0];
-    for (int i = 3; i < N; i++) {
-        double c = derivative[N * i], t = derivative[N * i + i], b = 1 - t * (1 - rho[i] * compliance[i]);
-        d[N * i] = c * by_normal / b;
-        d[N * i + i] = t * rho[i] / b;
-        if (!(b != 0)) return false;
-    }
-    return true;
+    double c = derivative[N * 3], t = derivative[N * 3 + 3], b = 1 - t * (1 - rho[3] * compliance[3]);
+    d[N * 3] = c * by_normal / b;
+    d[N * 3 + 3] = t * rho[3] / b;
+    return b != 0 && conductance_of_two(e, derivative, 4);
 }
 
 static bool conductance_of_any(const pinch_force_element *e, const double *derivative)

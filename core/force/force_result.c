@@ -194,8 +194,9 @@ static void finish_contact(const pinch_force_element *e, double step, const doub
     pinch_contact_state state = pinch_contact_law_project(e->law, pinch_force_values(e, PINCH_FORCE_RHO), z, p, NULL);
     pinch_contact_end end = {.rows = e->rows, .state = state, .force = r, .velocity = w};
     for (int i = 1; i < e->rows; i++) {
-        bool own = e->rows == 6 && i > 2; /* torsion and rolling stick or slip by themselves */
-        bool sticks = own ? e->inside || fabs(z[i]) <= fabs(r[i]) : state == PINCH_CONTACT_STICK;
+        bool sticks = state == PINCH_CONTACT_STICK;
+        if (e->rows == 6 && i == 3) sticks = e->inside || fabs(z[i]) <= fabs(r[i]);      /* torsion sticks by itself */
+        if (e->rows == 6 && i > 3) sticks = e->inside || (z[4] == p[4] && z[5] == p[5]); /* and so does rolling */
         end.sticking |= (unsigned)sticks << i;
     }
     pinch_contact_law_finish(&end, step, c);

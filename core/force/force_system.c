@@ -160,6 +160,7 @@ static inline double set_element(const pinch_force_system *s, pinch_force_elemen
     bool softens = e->contact && e->contact->may_soften && e->rows > 1;
     if (e->contact) set_contact(e, h, floor, inertia, softens ? largest_tangential(e, inertia) : 0);
     if (e->rows > 1) inertia[1] = inertia[2] = pinch_larger(inertia[1], inertia[2]);
+    if (e->rows == PINCH_CONTACT_ROWS_MAX) inertia[4] = inertia[5] = pinch_larger(inertia[4], inertia[5]);
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
     double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
     for (int i = 0; i < e->rows; i++) rho[i] = 1 / (compliance[i] + h * inertia[i]);

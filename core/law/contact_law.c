@@ -36,35 +36,43 @@ static double semi_axis(const pinch_contact_law *law, int i, double normal)
     return normal > 0 ? law->limit[i] + law->friction[i] * normal : law->limit[i];
 }
 
+/* The rows of friction that share an ellipsoid: two or three of them, from `first` on. */
+typedef struct ellipsoid_rows {
+    int first;
+    const double *axis, *friction; /* of these rows */
+    const double *metric;          /* of all rows */
+    const double *weight;          /* of all rows: multiplies the derivative's columns; NULL: 1 */
+} ellipsoid_rows;
+
 /*
- * Projects onto the ellipsoid over the tangents, and torsion where there are four rows. Its derivative with respect to
- * r_n is exact where all semi-axes grow in proportion; where some are constant it is taken as if all grew as the
- * largest share says, which costs Newton steps and no accuracy. weight: multiplies the derivative's columns, NULL: 1.
+ * Projects onto the ellipsoid over the tangents, and torsion where there are four rows; or over the two rolling rows.
+ * Its derivative with respect to r_n is exact where all semi-axes grow in proportion; where some are constant it is
+ * taken as if all grew as the largest share says, which costs Newton steps and no accuracy.
  */
-static bool project_ellipsoid(const pinch_contact_law *law, pinch_friction_rows f, const double *axis,
-                              const double *metric, const double *weight)
+static bool project_ellipsoid(ellipsoid_rows on, pinch_friction_rows f)
 {
-    int rows = f.rows, count = rows == 4 ? 3 : 2;
+    int rows = f.rows, count = rows == 4 ? 3 : 2, first = on.first;
+    const double *axis = on.axis, *metric = on.metric + first, *s = f.trial + first;
     double normal = f.force[0], *derivative = f.derivative;
     double bounds[3] = {axis[0], axis[1], count == 3 ? axis[2] : 0},
-           scaled[3] = {metric[1], metric[2], count == 3 ? metric[3] : 1};
-    double trial[3] = {f.trial[1], f.trial[2], count == 3 ? f.trial[3] : 0}, force[3], by_trial[9], by_scale[3];
+           scaled[3] = {metric[0], metric[1], count == 3 ? metric[2] : 1};
+    double trial[3] = {s[0], s[1], count == 3 ? s[2] : 0}, force[3], by_trial[9], by_scale[3];
     bool stick = pinch_limit_surface_project(bounds, scaled, trial, force, derivative ? by_trial : NULL,
                                              derivative ? by_scale : NULL);
-    for (int i = 0; i < count; i++) f.force[1 + i] = force[i];
+    for (int i = 0; i < count; i++) f.force[first + i] = force[i];
     if (!derivative) return stick;
     double share = 0;
     for (int i = 0; i < count; i++)
-        if (axis[i] > 0 && !isinf(axis[i])) share = fmax(share, law->friction[i] * normal / axis[i]);
+        if (axis[i] > 0 && !isinf(axis[i])) share = fmax(share, on.friction[i] * normal / axis[i]);
     for (int i = 0; i < count; i++) {
         for (int j = 0; j < count; j++)
-            derivative[(1 + i) * rows + 1 + j] = by_trial[3 * i + j] * (weight ? weight[1 + j] : 1);
-        derivative[(1 + i) * rows] = normal > 0 ? by_scale[i] * share / normal * f.normal_slope : 0;
+            derivative[(first + i) * rows + first + j] = by_trial[3 * i + j] * (on.weight ? on.weight[first + j] : 1);
+        derivative[(first + i) * rows] = normal > 0 ? by_scale[i] * share / normal * f.normal_slope : 0;
     }
     return stick;
 }
 
-/* Holds torsion, or rolling, within a limit of its own. */
+/* Holds torsion within a limit of its own. */
 static bool project_interval(pinch_friction_rows f, int row, double limit, double friction, double weight)
 {
     double z = f.trial[row], *r = &f.force[row];
@@ -97,7 +105,18 @@ bool pinch_contact_law_project_general(const pinch_contact_law *law, pinch_frict
     double axis[3];
     if (law->faces) return project_polygon(law, f, g);
     for (int i = 0; i < 3; i++) axis[i] = law->friction[i] * f.force[0];
-    return project_ellipsoid(law, f, axis, g, g);
+    return project_ellipsoid((ellipsoid_rows){1, axis, law->friction, g, g}, f);
+}
+
+/* Torsion and rolling of a rolling contact: an interval, and an ellipse that is a circle where rolling is as hard about
+ * both tangents. */
+static bool project_rolling(const pinch_contact_law *law, pinch_friction_rows f, const double *axis, const double *rho)
+{
+    bool stick = true;
+    f.force[3] = f.force[4] = f.force[5] = 0;
+    if (axis[2] > 0) stick = project_interval(f, 3, axis[2], law->friction[2], 1);
+    if (axis[3] == 0 && axis[4] == 0) return stick;
+    return project_ellipsoid((ellipsoid_rows){4, axis + 3, law->friction + 3, rho, NULL}, f) && stick;
 }
 
 /* rows: the law's; the compiler unrolls loops where it is a constant. */
@@ -118,13 +137,8 @@ static inline pinch_contact_state project(const pinch_contact_law *law, int rows
     else if (disc)
         stick = pinch_friction_disc_project(f, axis[0], friction[0], 1);
     else
-        stick = project_ellipsoid(law, f, axis, rho, NULL);
-    for (int i = 2; rows == 6 && i < 5; i++) {
-        if (axis[i] == 0)
-            r[1 + i] = 0;
-        else
-            stick = project_interval(f, 1 + i, axis[i], friction[i], 1) && stick;
-    }
+        stick = project_ellipsoid((ellipsoid_rows){1, axis, friction, rho, NULL}, f);
+    if (rows == 6) stick = project_rolling(law, f, axis, rho) && stick;
     bool open = true;
     for (int i = 0; i < rows; i++) open = open && r[i] == 0;
     return open ? PINCH_CONTACT_OPEN : stick ? PINCH_CONTACT_STICK : PINCH_CONTACT_SLIP;

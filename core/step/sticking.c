@@ -62,7 +62,7 @@ static double reach_of(const pinch_contact *c, const pinch_contact *law, int fac
         torsion2 = reach2_of(c->force[3], law->friction_limit[2] + law->torsional_friction * normal);
     for (int i = 0; i < 2 && c->model == PINCH_CONTACT_ROLLING; i++) {
         double limit = law->friction_limit[3 + i] + law->rolling_friction[i] * normal;
-        rolling2 = pinch_larger(rolling2, reach2_of(c->rolling_moment[i], limit));
+        rolling2 += reach2_of(c->rolling_moment[i], limit);
     }
     bool together = c->model == PINCH_CONTACT_SOFT && faces == 0; /* on one ellipsoid */
     double own2 = together ? tangents2 + torsion2 : pinch_larger(tangents2, torsion2);

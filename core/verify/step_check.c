@@ -6,7 +6,7 @@
  *     friction cone        check_friction_cone; check_facets where it is linearized        (50)
  *     sticking             check_sticking                                                  (51)
  *     slip direction       check_slip_direction                                            (52)
- *     torsion, rolling     check_rolling, where they have limits of their own
+ *     torsion, rolling     the same three, where they have limits of their own
  *
  * Joint rows have their law in row_check.c (55); here their forces enter the momentum balance.
  */
@@ -239,6 +239,7 @@ static inline void note_error(double *largest, double error, const pinch_problem
 
 /* One friction row of a contact, with all that its laws need. */
 typedef struct friction_row {
+    int row; /* of the contact */
     double force, trial;
     double limit, over; /* semi-axis of the limit surface and its inverse; both 0 where there is none */
     double conductance; /* h k + c: how the trial force follows the velocity */
@@ -265,24 +266,6 @@ static void check_normal_law(const pinch_problem *problem, const contact_view *v
     if (normal < 0) normal = 0;
     if (normal > c->max_force) normal = c->max_force;
     note_error(&check->complementarity, fabs(c->force[0] - normal), problem, v, 0, c->normal);
-}
-
-/* Torsion and rolling that have limits of their own: the trial force, held within the limit. */
-static void check_rolling(const pinch_problem *problem, const contact_view *v, const double w[6],
-                          pinch_step_result *check)
-{
-    const pinch_contact *c = v->c;
-    const double *axes[3] = {c->normal, c->tangent1, v->t2};
-    const double friction[3] = {c->torsional_friction, c->rolling_friction[0], c->rolling_friction[1]};
-    const double moment[3] = {c->force[3], c->rolling_moment[0], c->rolling_moment[1]};
-    const double elastic[3] = {c->elastic[2], c->rolling_elastic[0], c->rolling_elastic[1]};
-    for (int i = 0; i < 3; i++) {
-        double limit = semi_axis(friction[i], c->friction_limit[2 + i], c->force[0]);
-        double trial = trial_force(problem->step, c->stiffness[2], c->damping[2], elastic[i], w[3 + i]);
-        double expected = held_within(trial, limit);
-        note_largest(&check->cone, fabs(moment[i]) - limit);
-        note_error(&check->complementarity, fabs(moment[i] - expected), problem, v, 3 + i, axes[i]);
-    }
 }
 
 /*
@@ -325,15 +308,21 @@ static void check_facets(const pinch_problem *problem, const pinch_contact *c, c
     note_largest(&check->complementarity, fabs(c->force[3] - torsion));
 }
 
+/* N or N m: less is no friction, far below the smallest force that counts. The inverse of its fourth power, as the slip
+ * direction has it, is a number with room for stiff springs and large forces. */
+static void set_limit(friction_row *row, double limit)
+{
+    static const double SMALLEST = 1e-60;
+    row->limit = limit < SMALLEST ? 0 : limit;
+    row->over = row->limit > 0 ? 1 / limit : 0;
+}
+
 /* The friction rows that share one limit surface: the tangents, and torsion of a soft contact. Returns how many. */
 static int friction_rows(const pinch_problem *problem, const contact_view *v, const double w[6], friction_row rows[3])
 {
     const pinch_contact *c = v->c;
     const double *axes[3] = {c->tangent1, v->t2, c->normal};
     const double friction[3] = {c->friction[0], c->friction[1], c->torsional_friction};
-    /* N or N m: less is no friction, far below the smallest force that counts. The inverse of its fourth power, as the
-     * slip direction has it, is a number with room for stiff springs and large forces. */
-    static const double SMALLEST = 1e-60;
     int count = c->model == PINCH_CONTACT_SOFT ? 3 : 2;
     for (int i = 0; i < count; i++) {
         double k = c->stiffness[i < 2 ? 1 : 2], d = c->damping[i < 2 ? 1 : 2];
@@ -342,22 +331,39 @@ static int friction_rows(const pinch_problem *problem, const contact_view *v, co
             k = 0;
             d = conductance = 1 / c->viscous[i];
         }
-        double limit = semi_axis(friction[i], c->friction_limit[i], c->force[0]);
-        if (limit < SMALLEST) limit = 0;
-        rows[i] = (friction_row){.force = c->force[1 + i],
+        rows[i] = (friction_row){.row = 1 + i,
+                                 .force = c->force[1 + i],
                                  .trial = trial_force(problem->step, k, d, c->elastic[i], w[1 + i]),
-                                 .limit = limit,
-                                 .over = limit > 0 ? 1 / limit : 0,
                                  .conductance = conductance,
                                  .axis = axes[i]};
+        set_limit(&rows[i], semi_axis(friction[i], c->friction_limit[i], c->force[0]));
     }
     return count;
 }
 
-static double largest_limit(const friction_row rows[3])
+/* The rows of a contact that rolls which have limits of their own: torsion, and the two of rolling, which share one. */
+static void rolling_rows(const pinch_problem *problem, const contact_view *v, const double w[6], friction_row rows[3])
+{
+    const pinch_contact *c = v->c;
+    const double *axes[3] = {c->normal, c->tangent1, v->t2};
+    const double friction[3] = {c->torsional_friction, c->rolling_friction[0], c->rolling_friction[1]};
+    const double moment[3] = {c->force[3], c->rolling_moment[0], c->rolling_moment[1]};
+    const double elastic[3] = {c->elastic[2], c->rolling_elastic[0], c->rolling_elastic[1]};
+    double k = c->stiffness[2], d = c->damping[2];
+    for (int i = 0; i < 3; i++) {
+        rows[i] = (friction_row){.row = 3 + i,
+                                 .force = moment[i],
+                                 .trial = trial_force(problem->step, k, d, elastic[i], w[3 + i]),
+                                 .conductance = problem->step * k + d,
+                                 .axis = axes[i]};
+        set_limit(&rows[i], semi_axis(friction[i], c->friction_limit[2 + i], c->force[0]));
+    }
+}
+
+static double largest_limit(const friction_row *rows, int count)
 {
     double largest = 0;
-    for (int i = 0; i < 2; i++)
+    for (int i = 0; i < count && i < 2; i++)
         if (!isinf(rows[i].limit)) largest = pinch_check_larger(rows[i].limit, largest);
     return largest;
 }
@@ -373,7 +379,7 @@ static double check_friction_cone(const friction_row *rows, int count, pinch_ste
         else
             force += square(rows[i].force); /* no friction here: all of it is excess */
     }
-    if (!(reach <= 1)) note_largest(&check->cone, (sqrt(reach) - 1) * largest_limit(rows));
+    if (!(reach <= 1)) note_largest(&check->cone, (sqrt(reach) - 1) * largest_limit(rows, count));
     if (force != 0) note_largest(&check->cone, sqrt(force));
     return reach;
 }
@@ -393,7 +399,8 @@ static void check_sticking(const pinch_problem *problem, const contact_view *v, 
 {
     for (int i = 0; i < count; i++)
         if (rows[i].limit > 0)
-            note_error(&check->complementarity, fabs(rows[i].force - rows[i].trial), problem, v, 1 + i, rows[i].axis);
+            note_error(&check->complementarity, fabs(rows[i].force - rows[i].trial), problem, v, rows[i].row,
+                       rows[i].axis);
 }
 
 /*
@@ -405,7 +412,7 @@ static void check_slip_direction(const pinch_problem *problem, const contact_vie
                                  int count, pinch_step_result *check)
 {
     double beyond[3] = {0, 0, 0}, outward[3] = {0, 0, 0}, along = 0, outward2 = 0, off = 0;
-    double largest = largest_limit(rows);
+    double largest = largest_limit(rows, count);
     for (int i = 0; i < count; i++) {
         double limit = rows[i].limit;
         if (!(limit > 0) || isinf(limit)) continue;
@@ -417,7 +424,21 @@ static void check_slip_direction(const pinch_problem *problem, const contact_vie
     }
     double p = outward2 > 0 && along > 0 ? along / outward2 : 0;
     for (int i = 0; i < count; i++) off += square(beyond[i] - p * outward[i]);
-    note_error(&check->slip_direction, sqrt(off / trial_reach(rows, count)), problem, v, 1, v->c->tangent1);
+    note_error(&check->slip_direction, sqrt(off / trial_reach(rows, count)), problem, v, rows->row, rows->axis);
+}
+
+/* The laws of friction of rows that share a limit surface. */
+static void check_friction(const pinch_problem *problem, const contact_view *v, const friction_row *rows, int count,
+                           pinch_step_result *check)
+{
+    double reach = check_friction_cone(rows, count, check);
+    if (trial_reach(rows, count) <= 1) {
+        check_sticking(problem, v, rows, count, check);
+        return;
+    }
+    check_slip_direction(problem, v, rows, count, check);
+    /* what slips is at its limit */
+    note_largest(&check->complementarity, largest_limit(rows, count) * fabs(1 - sqrt(reach)));
 }
 
 /* All laws of one contact, each written in full. */
@@ -436,15 +457,11 @@ static void check_contact(const pinch_problem *problem, const contact_view *v, p
         check_facets(problem, c, w, check);
         return;
     }
-    if (c->model == PINCH_CONTACT_ROLLING) check_rolling(problem, v, w, check);
-    int count = friction_rows(problem, v, w, rows);
-    double reach = check_friction_cone(rows, count, check);
-    if (trial_reach(rows, count) <= 1) {
-        check_sticking(problem, v, rows, count, check);
-        return;
-    }
-    check_slip_direction(problem, v, rows, count, check);
-    note_largest(&check->complementarity, largest_limit(rows) * fabs(1 - sqrt(reach))); /* what slips is at its limit */
+    check_friction(problem, v, rows, friction_rows(problem, v, w, rows), check);
+    if (c->model != PINCH_CONTACT_ROLLING) return;
+    rolling_rows(problem, v, w, rows);
+    check_friction(problem, v, rows, 1, check);
+    check_friction(problem, v, rows + 1, 2, check);
 }
 
 /*

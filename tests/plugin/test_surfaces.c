@@ -481,24 +481,37 @@ static void test_slip(void **state)
     arena_free(&a);
 }
 
-/* Rolling friction rho: a ball rolls on above the slope rho/r and stays below it. */
+/* Rolling friction: its moment stays within an ellipse with the semi-axes rho, about fdir1, and rho2, about the other
+ * tangent, times the normal force. A ball stays on slopes below that, whichever way they fall, and rolls down above:
+ * where rho and rho2 are alike straight, and by (7/5) a = g (slope - rho/r). */
 static void test_rolling_friction(void **state)
 {
     (void)state;
-    const double rho = 0.01, radius = 0.2, slope[2] = {0.95 * 0.05, 1.05 * 0.05};
-    for (int k = 0; k < 2; k++) {
+    const double radius = 0.2, degrees[] = {0, 20, 45, 70, 90, 200}, rho[2][2] = {{0.01, 0.01}, {0.01, 0.02}};
+    for (int k = 0; k < 24; k++) {
+        const double *r = rho[k % 2], angle = degrees[k / 4] * M_PI / 180, c = cos(angle), s = sin(angle);
+        double limit = 1 / (radius * hypot(s / r[0], c / r[1])), slope = (k % 4 < 2 ? 0.95 : 1.05) * limit;
         arena a;
         arena_make(&a, 0.005);
-        a.surface.mode |= dContactRolling;
-        a.surface.rho = rho;
+        a.surface.mode |= dContactRolling | dContactFDir1 | dContactAxisDep;
+        a.surface.mu2 = a.surface.mu;
+        a.surface.rho = r[0];
+        a.surface.rho2 = r[1];
+        a.fdir1[0] = 1;
         dBodyID ball = add_sphere(&a, radius, 1, radius);
         arena_run(&a, 1);
-        dWorldSetGravity(a.world, G * slope[k], 0, -G);
+        dWorldSetGravity(a.world, G * slope * c, G * slope * s, -G);
         arena_run(&a, 4);
-        if (k == 0)
+        const double *v = dBodyGetLinearVel(ball);
+        double along = (v[0] * c + v[1] * s) / 4, expected = G * (slope - limit) / 1.4;
+        if (slope < limit)
             assert_true(speed_of(ball) < 1e-9);
-        else /* (7/5) a = g (slope - rho/r) */
-            assert_true(fabs(dBodyGetLinearVel(ball)[0] / 4 - G * 0.05 * 0.05 / 1.4) < 1e-3 * G * 0.05);
+        else
+            assert_true(along > 0.5 * expected);
+        if (slope > limit && r[0] == r[1]) {
+            assert_true(fabs(along - expected) < 1e-3 * G * limit);
+            assert_true(fabs(v[1] * c - v[0] * s) < 1e-9 * along);
+        }
         arena_free(&a);
     }
 }

@@ -187,6 +187,52 @@ static void test_tangent_by_differences(void **state)
     assert_true(compared > 6000 && slipped > 500); /* the test has seen what it is about */
 }
 
+/* The projection form of a rolling contact, in a metric that differs from row to row: what moves by a small change of z
+ * is what the derivative says, and the moments of rolling lie on their ellipse where they slip. */
+static void test_rolling_by_differences(void **state)
+{
+    (void)state;
+    enum { N = PINCH_CONTACT_ROWS_MAX };
+    pinch_random random;
+    pinch_random_seed(&random, 12);
+    int compared = 0, rolled = 0;
+    for (int trial = 0; trial < 2000; trial++) {
+        pinch_contact c = random_contact(&random, PINCH_CONTACT_ROLLING);
+        for (int i = 0; i < 2; i++) c.rolling_friction[i] = draw_log_uniform(&random, 1e-4, 1e-1);
+        pinch_contact_law law;
+        pinch_contact_law_of(&c, 0, &law);
+        double rho[N], z[N], r[N], derivative[N * N], normal = draw_uniform(&random, 0.1, 0.9) * fmin(law.high, 10);
+        for (int i = 0; i < N; i++) {
+            rho[i] = draw_log_uniform(&random, 1e-2, 1e2);
+            z[i] = i == 0 ? normal : draw_uniform(&random, -2, 2) * law.friction[i - 1] * normal;
+        }
+        pinch_contact_state here = pinch_contact_law_project(&law, rho, z, r, derivative);
+        double reach = hypot(r[4] / law.friction[3], r[5] / law.friction[4]) / r[0];
+        bool slips = z[4] != r[4] || z[5] != r[5];
+        if (slips) assert_close(reach, 1, 1e-9);
+        assert_true(slips || reach <= 1);
+        rolled += slips;
+        for (int j = 0; j < N; j++) {
+            double d = 1e-5 * normal * (j == 0 ? 1 : law.friction[j - 1]), up[N], down[N], ahead[N], behind[N];
+            memcpy(ahead, z, sizeof ahead);
+            memcpy(behind, z, sizeof behind);
+            ahead[j] += d;
+            behind[j] -= d;
+            pinch_contact_state after = pinch_contact_law_project(&law, rho, ahead, up, NULL),
+                                before = pinch_contact_law_project(&law, rho, behind, down, NULL);
+            bool kink = after != here || before != here;
+            for (int i = 1; i < N; i++)
+                kink = kink || (ahead[i] == up[i]) != (z[i] == r[i]) || (behind[i] == down[i]) != (z[i] == r[i]);
+            for (int i = 0; i < N && !kink; i++) {
+                double size = (i == 0 ? 1 : law.friction[i - 1]) * normal / d * 1e-5;
+                assert_close(derivative[i * N + j], (up[i] - down[i]) / (2 * d), 1e-4 * size);
+            }
+            compared += !kink;
+        }
+    }
+    assert_true(compared > 6000 && rolled > 500);
+}
+
 /* A body that rises and slides over what it touches: an infinite coefficient gives nothing where nothing presses, in
  * both systems of unknowns and with facets; an infinite limit holds all the same. */
 static void test_unlimited_friction_of_what_lifts_off(void **state)
@@ -227,6 +273,7 @@ int main(void)
         cmocka_unit_test(test_unlimited_friction_of_what_lifts_off),
         cmocka_unit_test(test_torsion),
         cmocka_unit_test(test_tangent_by_differences),
+        cmocka_unit_test(test_rolling_by_differences),
     };
     return cmocka_run_group_tests_name("contact law", tests, NULL, NULL);
 }

@@ -27,7 +27,7 @@ typedef enum pinch_contact_model {
     PINCH_CONTACT_FRICTIONLESS = 1, /* normal force only */
     PINCH_CONTACT_HARD = 3,         /* point contact with friction */
     PINCH_CONTACT_SOFT = 4,         /* hard, and torsional friction about the normal */
-    PINCH_CONTACT_ROLLING = 6       /* hard, and torsional and rolling friction, each with a limit of its own */
+    PINCH_CONTACT_ROLLING = 6 /* hard, with torsional and rolling friction; each of the two has a limit of its own */
 } pinch_contact_model;
 
 typedef enum pinch_contact_state {
@@ -72,7 +72,7 @@ typedef struct pinch_contact {
     double friction[2];         /* coefficients along tangent1 and tangent2, >= 0; with INFINITY what presses sticks,
                                  * and what does not press has no friction all the same */
     double torsional_friction;  /* m (torque limit per newton of normal force), >= 0 when soft or rolling */
-    double rolling_friction[2]; /* m, about tangent1 and tangent2, >= 0; rolling only */
+    double rolling_friction[2]; /* m, about tangent1 and tangent2, >= 0: semi-axes of an ellipse; rolling only */
     /*
      * Limits that do not depend on the normal force, added to those that do: N along tangent1 and tangent2, N m about
      * the normal, tangent1 and tangent2; >= 0, INFINITY for friction without a limit. Such friction acts on a contact
