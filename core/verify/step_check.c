@@ -55,12 +55,14 @@ typedef struct contact_view {
     double t2[3];
     const pinch_body *body[2]; /* NULL: not of the problem */
     double arm[2][3];          /* from the bodies' centres of mass */
+    double rounding[2];        /* m/s, rad/s: of its velocities and spins; 0 where it is not asked for */
 } contact_view;
 
 static void view_contact(const pinch_problem *problem, const pinch_contact *c, contact_view *v)
 {
     const int body[2] = {c->body1, c->body2};
     v->c = c;
+    v->rounding[0] = v->rounding[1] = 0;
     memset(v->t2, 0, sizeof v->t2);
     cross_add(c->normal, c->tangent1, 1, v->t2);
     for (int side = 0; side < 2; side++) {
@@ -132,11 +134,17 @@ static double momentum_rounding(const pinch_body *body)
     return ROUNDINGS * DBL_EPSILON * (linear + pinch_check_norm3(angular) / body->radius);
 }
 
-/* A massless drive balances the forces along its axis alone. */
-static double drive_residual(const pinch_problem *problem, const pinch_body *body, const balance *b)
+/* What is left over of the impulses on a massless drive, which balance along its axis alone. */
+static double drive_left_over(const pinch_problem *problem, const pinch_body *body, const balance *b)
 {
     double left = -problem->step * body->drive_force;
     for (int i = 0; i < 3; i++) left += b->left[i] * body->drive_axis[i];
+    return left;
+}
+
+static double drive_residual(const pinch_problem *problem, const pinch_body *body, const balance *b)
+{
+    double left = drive_left_over(problem, body, b);
     double size = b->force_size + problem->step * fabs(body->drive_force);
     return size > 0 ? fabs(left) / size : 0;
 }
@@ -166,6 +174,21 @@ static double momentum_residual(const pinch_problem *problem, const pinch_body *
     double linear = pinch_check_norm3(over), angular = pinch_check_norm3(over + 3) / body->radius,
            left = sqrt(linear * linear + angular * angular);
     return size > 0 && left > rounding ? left / size : 0;
+}
+
+/* Finds what of a contact's velocity may be rounding: it is a difference of its bodies' motions. */
+static void find_rounding(contact_view *v)
+{
+    static const double ROUNDINGS = 16; /* of the solution of the bodies' velocities and of the products here */
+    double speed = 0, spin = 0;
+    for (int side = 0; side < 2; side++) {
+        if (!v->body[side]) continue;
+        const double *end = v->body[side]->velocity_end, turns = pinch_check_norm3(end + 3);
+        speed += pinch_check_norm3(end) + turns * pinch_check_norm3(v->arm[side]);
+        spin += turns;
+    }
+    v->rounding[0] = ROUNDINGS * DBL_EPSILON * speed;
+    v->rounding[1] = ROUNDINGS * DBL_EPSILON * spin;
 }
 
 /* w = G v+ + surface_velocity from the end velocities of the two bodies */
@@ -225,7 +248,7 @@ static double stiff_error_share(const pinch_problem *problem, const contact_view
 static inline void note_error(double *largest, double error, const pinch_problem *problem, const contact_view *v,
                               int row, const double axis[3])
 {
-    if (error <= *largest) return;
+    if (error <= *largest || error * gives_way(problem, v->c, row) <= v->rounding[row < 3 ? 0 : 1]) return;
     if (!v->c->may_soften) {
         note_largest(largest, error);
         return;
@@ -486,48 +509,83 @@ static double motion_of(const pinch_body *body, const balance *b)
     return sqrt(energy) + b->force_size / sqrt(body->mass) + b->torque_size * sqrt(slowest);
 }
 
+/* Is what is left of a body's momentum rounding of the velocities of its contacts? Each of them turns these into force
+ * by its own law, even where it ends open. */
+static bool is_rounding_of_contacts(const pinch_problem *problem, int body, const balance *of)
+{
+    const pinch_body *b = &problem->bodies[body];
+    double linear = 0, angular = 0, left[6];
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        contact_view v;
+        if (c->body1 != body && c->body2 != body) continue;
+        view_contact(problem, c, &v);
+        find_rounding(&v);
+        double each = 1 / gives_way(problem, c, 0);
+        if (c->model != PINCH_CONTACT_FRICTIONLESS) each += 1 / gives_way(problem, c, 1);
+        each *= problem->step * v.rounding[0];
+        linear += each;
+        angular += each * pinch_check_norm3(v.arm[c->body1 == body ? 0 : 1]);
+        if (c->model >= PINCH_CONTACT_SOFT) angular += problem->step * v.rounding[1] / gives_way(problem, c, 3);
+    }
+    if (b->mass == 0) return fabs(drive_left_over(problem, b, of)) <= linear;
+    (void)left_over(problem, b, of, left);
+    return pinch_check_norm3(left) <= linear && pinch_check_norm3(left + 3) <= angular;
+}
+
 /* Is what is left of a body's momentum rounding of the forces in its tree of joints (59)? */
 static bool is_rounding_of_tree(const pinch_problem *problem, const pinch_body *b, const balance *of,
                                 double tree_motion)
 {
     static const double ROUNDINGS = 64;
     double left[6], turns[3], length2 = 0;
-    if (b->mass == 0) return false;
     (void)left_over(problem, b, of, left);
     pinch_check_solve3(b->inertia, left + 3, turns);
     for (int i = 0; i < 3; i++) length2 += square(left[i]) / b->mass + left[3 + i] * turns[i];
     return sqrt(length2) <= ROUNDINGS * DBL_EPSILON * tree_motion;
 }
 
-/* The largest momentum residual. Where one is above `most`, trees are looked at. scratch: 3 doubles per body */
+static bool is_rounding(const pinch_problem *problem, int b, const balance *of, const double *tree_motion)
+{
+    const pinch_body *body = &problem->bodies[b];
+    if (is_rounding_of_contacts(problem, b, of)) return true;
+    return problem->row_count > 0 && body->mass > 0 && is_rounding_of_tree(problem, body, of, tree_motion[b]);
+}
+
+/* The largest momentum residual. Where one is above `most`, trees and contacts are looked at. scratch: 3
+ * doubles per body */
 static void check_momentum(const pinch_problem *problem, double most, const balance *balances, double *scratch,
                            pinch_step_result *check)
 {
     double *motion = scratch, *tree_motion = scratch + problem->body_count;
     for (int b = 0; b < problem->body_count; b++)
         note_largest(&check->residual_max, momentum_residual(problem, &problem->bodies[b], &balances[b]));
-    if (check->residual_max <= most || problem->row_count == 0) return;
+    if (check->residual_max <= most) return;
     for (int b = 0; b < problem->body_count; b++) motion[b] = motion_of(&problem->bodies[b], &balances[b]);
-    pinch_tree_motions(problem, motion, tree_motion);
+    if (problem->row_count > 0) pinch_tree_motions(problem, motion, tree_motion);
     check->residual_max = 0;
     for (int b = 0; b < problem->body_count; b++) {
         const pinch_body *body = &problem->bodies[b];
         double residual = momentum_residual(problem, body, &balances[b]);
-        if (!(residual <= most) && is_rounding_of_tree(problem, body, &balances[b], tree_motion[b])) continue;
+        if (!(residual <= most) && is_rounding(problem, b, &balances[b], tree_motion)) continue;
         note_largest(&check->residual_max, residual);
     }
 }
 
+/* Are the laws of contacts checked, and do errors count that may be rounding of velocities? */
+typedef enum law_check { NO_LAWS, LAWS, LAWS_BUT_ROUNDING } law_check;
+
 /* Checks the laws of some contacts, or takes their impulses off what is left of the bodies' momentum (balances), or
  * both. */
-static void check_some(const pinch_problem *problem, int first, int end, bool laws, balance *balances,
+static void check_some(const pinch_problem *problem, int first, int end, law_check laws, balance *balances,
                        pinch_step_result *check)
 {
     for (int k = first; k < end; k++) {
         contact_view v;
         view_contact(problem, &problem->contacts[k], &v);
         if (balances) add_contact_impulse(problem, balances, &v, check);
-        if (laws) check_contact(problem, &v, check);
+        if (laws == LAWS_BUT_ROUNDING) find_rounding(&v);
+        if (laws != NO_LAWS) check_contact(problem, &v, check);
     }
 }
 
@@ -546,7 +604,8 @@ static void check_part(void *argument, int first, int end)
     long long count = s->problem->contact_count;
     for (int k = first; k < end; k++) {
         int from = k == 0 ? 0 : (int)(count * (k - 1) / (PARTS - 1)), to = (int)(count * k / (PARTS - 1));
-        check_some(s->problem, from, k == 0 ? (int)count : to, k > 0, k == 0 ? s->balances : NULL, &s->found[k]);
+        check_some(s->problem, from, k == 0 ? (int)count : to, k > 0 ? LAWS : NO_LAWS, k == 0 ? s->balances : NULL,
+                   &s->found[k]);
     }
 }
 
@@ -580,7 +639,7 @@ bool pinch_step_verify(const pinch_problem *problem, double tolerance, double *s
     if (problem->crew && problem->contact_count > FEW)
         share_check(problem, balances, result);
     else
-        check_some(problem, 0, problem->contact_count, true, balances, result);
+        check_some(problem, 0, problem->contact_count, LAWS, balances, result);
     add_joint_impulses(problem, balances);
     check_momentum(problem, LIGHTEST_BODY * tolerance, balances, motion, result);
     bool rows_hold = pinch_row_check(problem, NULL, result);
@@ -589,6 +648,10 @@ bool pinch_step_verify(const pinch_problem *problem, double tolerance, double *s
         rows_hold = pinch_row_check(problem, motion, result);
     }
     double law = LAW_TOLERANCE * result->force_scale + SMALLEST_FORCE;
+    if (!(result->complementarity <= law && result->slip_direction <= law)) { /* forces may be as small as rounding */
+        result->cone = result->complementarity = result->slip_direction = 0;
+        check_some(problem, 0, problem->contact_count, LAWS_BUT_ROUNDING, NULL, result);
+    }
     return result->residual_max <= LIGHTEST_BODY * tolerance && result->cone <= law && result->complementarity <= law &&
            result->slip_direction <= law && rows_hold;
 }

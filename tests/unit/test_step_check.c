@@ -1,6 +1,7 @@
 /*
- * What the check of a step takes for rounding, and what not: fingers of a hand whose distal motors work against dry
- * friction, so that the links before them bear nothing but the rounding of these torques.
+ * What the check of a step takes for rounding, and what not: contacts without a load, and fingers of a hand whose
+ * distal motors work against dry friction, so that the links before them bear nothing but the rounding of these
+ * torques.
  */
 #include "support/cmocka_all.h"
 #include "support/draw.h"
@@ -149,6 +150,38 @@ static void test_small_errors_are_seen(void **state)
     }
 }
 
+/* Two boxes fall side by side, and touch without a load. Whatever their contact makes of the last bit of their
+ * velocities is no force that it misses; what it makes of a larger difference is one. */
+static void test_rounding_of_a_contact(void **state)
+{
+    (void)state;
+    const double eps = 2.2e-16, apart[5] = {0, -2 * eps, -4 * eps, -1e-9, -1e-6};
+    for (int k = 0; k < 5; k++) {
+        pinch_body bodies[2];
+        pinch_contact contact = {.body1 = 0, .body2 = 1, .model = PINCH_CONTACT_FRICTIONLESS, .max_force = INFINITY};
+        memset(bodies, 0, sizeof bodies);
+        for (int b = 0; b < 2; b++) {
+            bodies[b].mass = 200;
+            for (int i = 0; i < 3; i++) bodies[b].inertia[4 * i] = 200;
+            bodies[b].radius = 1;
+            bodies[b].position[0] = b == 0 ? 0.5 : -0.5;
+            bodies[b].external[2] = -200 * 9.81;
+            bodies[b].velocity[2] = bodies[b].velocity_end[2] = -9.81;
+        }
+        contact.normal[0] = contact.tangent1[1] = 1;
+        contact.stiffness[0] = 1e9;
+        bodies[0].velocity_end[0] = 9.81 * apart[k];
+        pinch_problem problem = {
+            .step = 0.001, .body_count = 2, .bodies = bodies, .contact_count = 1, .contacts = &contact};
+        double scratch[22];
+        pinch_step_result result;
+        memset(&result, 0, sizeof result);
+        if (pinch_step_verify(&problem, 1e-10, scratch, &result) != (k < 3))
+            fail_msg("%g apart: residual %g, law missed by %g N", apart[k], result.residual_max,
+                     result.complementarity);
+    }
+}
+
 /* A row without bounds that asks for another velocity than it has is not excused by a bound. */
 static void test_rows_without_bounds_are_seen(void **state)
 {
@@ -176,6 +209,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rows_without_bounds_are_seen),
         cmocka_unit_test(test_rounding_of_a_tree),
+        cmocka_unit_test(test_rounding_of_a_contact),
         cmocka_unit_test(test_small_errors_are_seen),
     };
     return cmocka_run_group_tests_name("check of a step", tests, island_create_solver, island_destroy_solver);
