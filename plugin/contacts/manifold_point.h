@@ -31,6 +31,8 @@ typedef struct pinch_own_law {
     double floor;
     double stands_for; /* how many contacts it stands for where a pair has more than its manifold holds; otherwise 1 */
     double rebound;    /* m/s, of this step: what a bounce asks for beyond what overlap and motion do; 0 without one */
+    double impact;     /* N, of this step: the normal force by which it bounced; 0 without a bounce */
+    double gave_way;   /* m/s, of this step: by how much it gave way to that */
     double pose_speed; /* m/s, of this step: see pinch_surface_conditions */
     double carries_at; /* m/s, >= 0, of this step: how fast a body that its owner moves goes along the contact */
     double carried_at; /* the same of the last step that was solved */

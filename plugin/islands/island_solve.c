@@ -288,6 +288,26 @@ static verdict judge(island_solve *s, bool pushes, const push *p)
     return found;
 }
 
+/*
+ * Solves once more where contacts bounced in a good answer, now with what they gave way by: with their compliance alone
+ * a ball would lose 1e-4 of its speed and more in each bounce. Where there is no good answer then, the first stands.
+ */
+static void bounce_in_full(island_solve *s, bool pushes, const push *p)
+{
+    const pinch_step_result *result = &s->island->result;
+    if (result->swept || result->too_soft || result->floor_level > 0) return; /* jammed, not thrown back */
+    if (!pinch_bounces_fall_short(s->contacts, s->island, &s->problem)) return;
+    push_at(s, p);
+    pinch_bounce_in_full(s->contacts, s->island, &s->problem);
+    try_solvers(s);
+    verdict v = {true, true, false};
+    if (pinch_island_is_solved(s->island)) v = judge(s, pushes, p);
+    if (!v.joints && !v.contacts) return;
+    push_at(s, p);
+    try_solvers(s);
+    if (pinch_island_is_solved(s->island)) (void)judge(s, pushes, p);
+}
+
 enum { TRIES = 4, WITH_PARTNERS = TRIES + 2 }; /* the last two hold back partners that drive bodies on */
 
 /* Prepares the try after this one, in which what put too much in goes more slowly. */
@@ -344,9 +364,13 @@ static void solve_in_bounds(island_solve *s)
         if (!pinch_island_is_solved(island)) return;
         verdict v = judge(s, pushes, &p);
         bool good = !v.joints && !v.contacts, judged = known && (!jointed || isfinite(j->work));
-        if (good || last || !judged || try == WITH_PARTNERS || (try >= TRIES && !v.partners)) break;
+        if (good || last || !judged || try == WITH_PARTNERS || (try >= TRIES && !v.partners)) {
+            if (good) bounce_in_full(s, pushes, &p);
+            break;
+        }
         slow_down(s, try, v, &p);
     }
+    if (!pinch_island_is_solved(island)) return;
     if (pushes) pinch_close_push(s->context, &s->problem, p.pace, island);
 }
 

@@ -81,17 +81,23 @@ typedef struct walk {
     int pair, point; /* of the next contact */
 } walk;
 
-/* Returns the next contact's own law; one of a fingertip has none of its own. */
-static const pinch_own_law *next_law(walk *w)
+/* Returns the next contact's own law; NULL for one of a fingertip, which has none of its own. */
+static pinch_own_law *next_own(walk *w)
 {
-    static const pinch_own_law OF_A_FINGERTIP = {.surface = -1};
     const pinch_pair *pair = pinch_island_pair(w->contacts, w->island->pairs, w->pair);
-    const pinch_own_law *own = pair->has_material ? NULL : pair->manifold.point[w->point].own;
+    pinch_own_law *own = pair->has_material ? NULL : pair->manifold.point[w->point].own;
     if (w->point == 0) pinch_prefetch_island_pairs(w->contacts, w->island->pairs, w->pair, PINCH_READS_OWN_LAWS);
     if (++w->point == pair->manifold.count) {
         w->point = 0;
         w->pair++;
     }
+    return own;
+}
+
+static const pinch_own_law *next_law(walk *w)
+{
+    static const pinch_own_law OF_A_FINGERTIP = {.surface = -1};
+    const pinch_own_law *own = next_own(w);
     return own ? own : &OF_A_FINGERTIP;
 }
 
@@ -485,6 +491,36 @@ void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island
         if (!is_hard(c, own)) continue;
         double part = rise->slows ? pace * rise->contacts.items[k].pace : pace;
         c->surface_velocity[0] += (1 - part) * push_of(c, own, problem->step) + (1 - bounce) * own->rebound;
+    }
+}
+
+bool pinch_bounces_fall_short(const pinch_contact_store *contacts, const pinch_island *island,
+                              const pinch_problem *problem)
+{
+    walk at = {contacts, island, 0, 0};
+    bool any = false;
+    for (int k = 0; k < problem->contact_count; k++) {
+        const pinch_contact *c = &problem->contacts[k];
+        pinch_own_law *own = next_own(&at);
+        if (!own) continue;
+        own->impact = own->rebound > 0 && c->may_soften ? c->force[0] : 0;
+        own->gave_way = c->compliance[0] * own->impact;
+        any = any || own->impact > 0;
+    }
+    return any;
+}
+
+void pinch_bounce_in_full(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem)
+{
+    walk at = {contacts, island, 0, 0};
+    for (int k = 0; k < problem->contact_count; k++) {
+        pinch_contact *c = &problem->contacts[k];
+        pinch_own_law *own = next_own(&at);
+        if (!own || !(own->impact > 0)) continue;
+        double prescribed = own->impact / (problem->step * c->stiffness[0] + c->damping[0]);
+        double more = fmax(own->gave_way - prescribed, 0);
+        c->surface_velocity[0] -= more;
+        own->rebound += more;
     }
 }
 
