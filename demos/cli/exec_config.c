@@ -6,13 +6,6 @@
 
 #include <string.h>
 
-const char exec_solvers[] = "nsnmgk, nsngrk or newton";
-
-bool exec_solver_steps(const options *o)
-{
-    return !o->given[OPTION_SOLVER] || scene_pair_exists(SCENE_FOR_RUN, o->solver, SCENE_COULOMB);
-}
-
 static command_status refuse_key(const char *file, const char *key, const char *expected)
 {
     command_error("exec", "%s: $.%s: expected %s", file, key, expected);
@@ -22,8 +15,8 @@ static command_status refuse_key(const char *file, const char *key, const char *
 /* Reads one key of the configuration. The command line goes before it. */
 static command_status read_key(const char *file, const char *key, const json_t *value, options *o)
 {
-    option_id id = options_find(key);
-    if (id == OPTION_COUNT || id == OPTION_CONFIG || id == OPTION_RECORD_ALL || !options_takes(o->command, id))
+    option_id id = options_find(o->command, key);
+    if (id == OPTION_COUNT || id == OPTION_CONFIG || id == OPTION_RECORD_ALL)
         return refuse_key(file, key, "a known key (only, kt_ratio, solver, tolerance, max_iterations, stats, record)");
     char number[64], expected[160];
     const char *text = ""; /* no option takes an empty text */
@@ -36,7 +29,6 @@ static command_status read_key(const char *file, const char *key, const json_t *
     options read = *o;
     if (!options_store(&read, id, text, expected, sizeof expected)) return refuse_key(file, key, expected);
     read.given[id] = true;
-    if (!exec_solver_steps(&read)) return refuse_key(file, key, exec_solvers);
     if (!o->given[id]) *o = read;
     return COMMAND_DONE;
 }

@@ -7,10 +7,6 @@
 
 #include <jansson.h>
 
-/* The solvers that can step a world, for messages; and whether the one that was given, if any, is one of them. */
-extern const char exec_solvers[];
-bool exec_solver_steps(const options *o);
-
 /* Reads o->config, whose keys are options of the command; the command line goes before it. COMMAND_BAD_INPUT after one
  * message. The caller releases *document in either case, because texts of the options point into it. */
 command_status exec_config_read(options *o, json_t **document);

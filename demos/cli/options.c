@@ -10,6 +10,7 @@
 static const char *const contact_solver_names[] = {"pinch", "quickstep", "worldstep", NULL};
 static const char *const scope_names[] = {"all", "soft", "material", NULL};
 static const char *const contacts_names[] = {"ode", "pinch", NULL};
+static const char *const exec_solver_names[] = {"nsnmgk", "nsngrk", "newton", NULL}; /* as in pinch_solver */
 
 #define OPTION_FIELD(field) offsetof(options, field)
 static const option_row table[OPTION_COUNT] = {
@@ -85,6 +86,9 @@ static const option_row table[OPTION_COUNT] = {
                        INT_MAX},
     [OPTION_STUDY_RESUME] = {"resume", VALUE_FLAG, OPTION_FIELD(study_resume), NULL,
                              "go on with results that are there already"},
+    [OPTION_EXEC_SOLVER] = {"solver", VALUE_NAME, OPTION_FIELD(solver), "NAME",
+                            "nsnmgk (default), newton, or nsngrk, which solves joints alone and no contacts",
+                            .names = exec_solver_names},
     [OPTION_CHECKPOINT] = {"checkpoint", VALUE_OUTPUT, OPTION_FIELD(checkpoint), "FILE",
                            "write the state of the run to this file from time to time, for --resume"},
     [OPTION_EVERY] = {"every", VALUE_INTEGER, OPTION_FIELD(every), "N",
@@ -189,13 +193,13 @@ bool options_is_input(option_id id)
     return table[id].kind == VALUE_INPUT;
 }
 
-option_id options_find(const char *key)
+option_id options_find(const command *c, const char *key)
 {
-    for (int i = 0; i < OPTION_COUNT; i++) {
-        const char *name = table[i].name;
+    for (const option_id *own = c->options; *own != OPTION_COUNT; own++) {
+        const char *name = table[*own].name;
         size_t k = 0;
         while (name[k] && key[k] == (name[k] == '-' ? '_' : name[k])) k++;
-        if (!name[k] && !key[k]) return (option_id)i;
+        if (!name[k] && !key[k]) return *own;
     }
     return OPTION_COUNT;
 }

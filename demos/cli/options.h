@@ -66,6 +66,7 @@ typedef enum option_id {
     OPTION_BESIDE,
     OPTION_REFINE,
     OPTION_STUDY_RESUME, /* --resume of a study, which takes no value */
+    OPTION_EXEC_SOLVER,  /* --solver of exec, which has none for the linearized cone */
     OPTION_CHECKPOINT,
     OPTION_EVERY,
     OPTION_RESUME,
@@ -165,10 +166,10 @@ typedef enum options_outcome {
 /* argv is what follows the command's name. Options are "--name value" or "--name=value"; "--" ends them. */
 options_outcome options_parse(const command *c, int argc, char **argv, options *o);
 
-/* The option of a configuration's key, which is the option's name with '_' for '-'. OPTION_COUNT where there is none.
- */
-option_id options_find(const char *key);
 bool options_takes(const command *c, option_id id);
+/* The command's option of a configuration's key, which is the option's name with '_' for '-'. OPTION_COUNT where the
+ * command has none. */
+option_id options_find(const command *c, const char *key);
 /* The first option given that is not in the list, which ends with OPTION_COUNT. OPTION_COUNT where all are in it. */
 option_id options_beyond(const options *o, const option_id *list);
 const char *options_name(option_id id);

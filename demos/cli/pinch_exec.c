@@ -349,7 +349,7 @@ static bool set_environment(const options *o)
 {
     static const char *const scopes[] = {"all", "soft", "material"};
     return set_text(PINCH_ENV_SCOPE, o->given[OPTION_ONLY] ? scopes[o->only] : NULL) &&
-           set_text(PINCH_ENV_SOLVER, o->given[OPTION_SOLVER] ? pinch_solver_name(o->solver) : NULL) &&
+           set_text(PINCH_ENV_SOLVER, o->given[OPTION_EXEC_SOLVER] ? pinch_solver_name(o->solver) : NULL) &&
            set_number(PINCH_ENV_RATIO, o->given[OPTION_KT_RATIO], o->kt_ratio) &&
            set_number(PINCH_ENV_TOLERANCE, o->given[OPTION_TOLERANCE], o->tolerance) &&
            set_number(PINCH_ENV_MAX_ITERATIONS, o->given[OPTION_MAX_ITERATIONS], o->max_iterations) &&
@@ -362,7 +362,7 @@ static void use_settings(const options *o)
 {
     pinch_ode_settings settings = pinch_ode_default_settings();
     if (o->given[OPTION_ONLY]) settings.scope = (pinch_ode_scope)o->only;
-    if (o->given[OPTION_SOLVER]) settings.solver.solver = o->solver;
+    if (o->given[OPTION_EXEC_SOLVER]) settings.solver.solver = o->solver;
     if (o->given[OPTION_KT_RATIO]) settings.tangential_ratio = o->kt_ratio;
     if (o->given[OPTION_TOLERANCE]) settings.solver.tolerance = o->tolerance;
     if (o->given[OPTION_MAX_ITERATIONS]) settings.solver.max_iterations = o->max_iterations;
@@ -382,10 +382,6 @@ static command_status prepare_record(const options *o)
 static command_status run_exec(const options *given)
 {
     options o = *given;
-    if (!exec_solver_steps(&o)) {
-        command_error("exec", "--solver: expected %s, got \"%s\"", exec_solvers, pinch_solver_name(o.solver));
-        return COMMAND_BAD_INPUT;
-    }
     json_t *document = NULL;
     command_status status = o.given[OPTION_CONFIG] ? exec_config_read(&o, &document) : COMMAND_DONE;
     if (status == COMMAND_DONE) status = command_check_needs(&o);
@@ -399,8 +395,8 @@ static command_status run_exec(const options *given)
     return status;
 }
 
-static const option_id exec_options[] = {OPTION_ONLY,           OPTION_KT_RATIO, OPTION_SOLVER, OPTION_TOLERANCE,
-                                         OPTION_MAX_ITERATIONS, OPTION_CONFIG,   OPTION_STATS,  OPTION_RECORD,
+static const option_id exec_options[] = {OPTION_ONLY,           OPTION_KT_RATIO, OPTION_EXEC_SOLVER, OPTION_TOLERANCE,
+                                         OPTION_MAX_ITERATIONS, OPTION_CONFIG,   OPTION_STATS,       OPTION_RECORD,
                                          OPTION_RECORD_ALL,     OPTION_COUNT};
 
 const command command_exec = {

@@ -191,16 +191,22 @@ static bool somebody_stepped(void)
 
 static const double MUCH = 0.05; /* of all */
 
-/* Whoever runs a program with Pinch wants to know where it was ODE that solved it. */
-static void say_what_fell_back(const pinch_dropin_stats *stats)
+/* Whoever runs a program with Pinch wants to know where it was ODE that solved it. Without Newton's steps a solver
+ * leaves it every contact, whatever the contact is like. */
+static void say_what_fell_back(const pinch_dropin_stats *stats, const pinch_ode_settings *settings)
 {
     double left = (double)stats->ode.contacts_left_unsolved + (double)stats->ode.contacts_left_unsupported +
                   (double)stats->contacts_refused + (double)stats->contacts_unrecorded;
     double solved = (double)stats->ode.contacts_solved;
     char text[256];
     if (!(left > MUCH * (left + solved))) return;
-    snprintf(text, sizeof text, "pinch exec: ODE solved %.0f %% of the contacts, because Pinch could not\n",
-             100 * left / (left + solved));
+    int length = snprintf(text, sizeof text, "pinch exec: ODE solved %.0f %% of the contacts, because ",
+                          100 * left / (left + solved));
+    if (pinch_solver_takes_newton_steps(&settings->solver))
+        snprintf(text + length, sizeof text - (size_t)length, "Pinch could not\n");
+    else
+        snprintf(text + length, sizeof text - (size_t)length, "the solver %s solves none (--solver)\n",
+                 pinch_solver_name(settings->solver.solver));
     say(text);
 }
 
@@ -222,7 +228,7 @@ void pinch_report_end(void)
     pinch_dropin_stats stats = pinch_dropin_statistics();
     pinch_ode_settings settings = pinch_dropin_settings();
     bool stepped = stats.steps > 0;
-    if (stepped) say_what_fell_back(&stats);
+    if (stepped) say_what_fell_back(&stats, &settings);
     if (stepped) say_what_did_not_converge(&stats);
     if (!*path || (!stepped && !original)) return;
     bool written = (!to_stream && !stepped) || write_report(&stats, &settings);

@@ -100,6 +100,7 @@ static void wrong_options(void **state)
     expect_refused(EXEC("--solver", "dantzig", yes), "--solver");
     expect_refused(EXEC("--solver", "lemke", yes), "--solver");
     expect_refused(EXEC("--solver=pgs", yes), "--solver");
+    expect_refused(EXEC("--solver=lemke", yes), "newton, or nsngrk");
     expect_refused(EXEC("--tolerance", "-1", yes), "--tolerance");
     expect_refused(EXEC("--max-iterations", "0", yes), "--max-iterations");
     expect_refused(EXEC("--stats=", yes), "--stats");
@@ -138,6 +139,8 @@ static void wrong_configurations(void **state)
     expect_config_refused("{\"kt_ratio\": -1}", "$.kt_ratio");
     expect_config_refused("{\"kt_ratio\": 11}", "$.kt_ratio");
     expect_config_refused("{\"solver\": \"lemke\"}", "$.solver");
+    expect_config_refused("{\"solver\": \"pgs\"}", "newton, or nsngrk");
+    expect_config_refused("{\"exec_solver\": \"newton\"}", "$.exec_solver");
     expect_config_refused("{\"solver\": null}", "$.solver");
     expect_config_refused("{\"max_iterations\": 1.5}", "$.max_iterations");
     expect_config_refused("{\"tolerance\": 0}", "$.tolerance");
@@ -145,6 +148,34 @@ static void wrong_configurations(void **state)
     expect_config_refused("{\"config\": \"x\"}", "$.config");
     expect_config_refused("{\"seed\": 1}", "$.seed");
     expect_config_refused("{\"only\": \"all\", \"only\": \"soft\"}", "duplicate");
+}
+
+/* The help offers the solvers that are taken, and no other. */
+static void help_names_the_solvers(void **state)
+{
+    (void)state;
+    program_result r = PINCH(NULL, "exec", "--help");
+    assert_int_equal(r.status, 0);
+    assert_non_null(strstr(r.out, "nsnmgk (default), newton, or nsngrk, which solves joints alone and no contacts"));
+    assert_null(strstr(r.out, "lemke"));
+    assert_null(strstr(r.out, "pgs"));
+    program_free(&r);
+}
+
+/* nsngrk leaves contacts to ODE, and the remark at the end gives the solver as the reason. Joints that nothing touches
+ * it does solve. */
+static void nsngrk_solves_joints_alone(void **state)
+{
+    (void)state;
+    exec_run r = exec_program_run((char *[]){"--solver", "nsngrk", NULL},
+                                  (char *[]){exec_program("chain"), "--steps", "100", "--stepper", "quick", NULL});
+    assert_int_equal(r.result.status, 0);
+    assert_int_equal(exec_number(r.stats, "contacts_solved"), 0);
+    assert_true(exec_number(r.stats, "contacts_left_unsupported") > 0);
+    assert_true(exec_number(r.stats, "joints_solved") > 0);
+    assert_non_null(strstr(r.result.err, "ODE solved 100 % of the contacts, because the solver nsngrk solves none"));
+    assert_null(strstr(r.result.err, "contacts, because Pinch could not"));
+    exec_run_free(&r);
 }
 
 static void settings_arrive(void **state)
@@ -338,6 +369,8 @@ int main(void)
         cmocka_unit_test(programs_that_cannot_be_run),
         cmocka_unit_test(wrong_options),
         cmocka_unit_test(wrong_configurations),
+        cmocka_unit_test(help_names_the_solvers),
+        cmocka_unit_test(nsngrk_solves_joints_alone),
         cmocka_unit_test(settings_arrive),
         cmocka_unit_test(the_file_is_where_it_was_asked_for),
         cmocka_unit_test(on_standard_error_once),

@@ -107,12 +107,12 @@ static void test_exec_options(void **state)
 static void test_keys(void **state)
 {
     (void)state;
-    assert_int_equal(options_find("kt_ratio"), OPTION_KT_RATIO);
-    assert_int_equal(options_find("max_iterations"), OPTION_MAX_ITERATIONS);
-    assert_int_equal(options_find("kt-ratio"), OPTION_COUNT);
-    assert_int_equal(options_find("kt_rati"), OPTION_COUNT);
-    assert_int_equal(options_find("kt_ratio_"), OPTION_COUNT);
-    assert_int_equal(options_find(""), OPTION_COUNT);
+    assert_int_equal(options_find(&probe, "kt_ratio"), OPTION_KT_RATIO);
+    assert_int_equal(options_find(&probe, "max_iterations"), OPTION_MAX_ITERATIONS);
+    assert_int_equal(options_find(&probe, "kt-ratio"), OPTION_COUNT);
+    assert_int_equal(options_find(&probe, "kt_rati"), OPTION_COUNT);
+    assert_int_equal(options_find(&probe, "kt_ratio_"), OPTION_COUNT);
+    assert_int_equal(options_find(&probe, ""), OPTION_COUNT);
     assert_true(options_is_number(OPTION_KT_RATIO) && options_is_number(OPTION_MAX_ITERATIONS));
     assert_false(options_is_number(OPTION_ONLY) || options_is_number(OPTION_STATS));
     options o = {.command = &launcher};

@@ -521,7 +521,7 @@ typedef struct pinch_ode_stats {
                                   * are reduced, more where points stay that the collider does not return */
     long contacts_left;          /* to ODE's own solver; the sum of the three below */
     long contacts_left_by_scope; /* outside settings.scope */
-    long contacts_left_unsupported; /* surface parameters that Pinch has no law for */
+    long contacts_left_unsupported; /* surface parameters that Pinch has no law for, or no method with these settings */
     long contacts_left_unsolved;    /* of islands that no solver solved, or whose joints ODE solves too coarsely */
     long islands_at_rest;    /* islands that nothing had changed, to the bit: the last step's answer was given again */
     long contacts_asleep;    /* between bodies all of which are disabled; nobody solves them */
