@@ -40,7 +40,7 @@ pinch_status pinch_check_solver_settings(const pinch_solver_settings *settings)
 {
     bool valid = (unsigned)settings->solver < PINCH_SOLVER_COUNT && settings->tolerance > 0.0 &&
                  isfinite(settings->tolerance) && settings->goal >= 0.0 && settings->goal <= settings->tolerance &&
-                 settings->max_iterations >= 1;
+                 settings->max_iterations >= 1 && settings->budget >= 0.0 && settings->sweeps >= 0;
     return valid ? PINCH_OK : PINCH_INVALID_ARGUMENT;
 }
 

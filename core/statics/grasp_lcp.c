@@ -256,7 +256,7 @@ int pinch_statics_lcp_size(pinch_statics *statics, const pinch_grasp *grasp, con
 pinch_status pinch_statics_lcp(pinch_statics *statics, const pinch_grasp *grasp, const pinch_statics_settings *settings,
                                pinch_static_form form, double *m, double *q, bool *free_rows)
 {
-    int size = pinch_statics_lcp_size(statics, grasp, settings, form);
+    int size = m && q && free_rows ? pinch_statics_lcp_size(statics, grasp, settings, form) : 0;
     if (size == 0) return PINCH_INVALID_ARGUMENT;
     pinch_static_model model;
     pinch_static_model_build(&model, statics->contacts, grasp, settings, settings->faithful && !settings->unit);

@@ -283,6 +283,7 @@ pinch_status pinch_statics_limits(pinch_statics *statics, const pinch_grasp *gra
                                   const pinch_statics_settings *settings, pinch_static_limits *limits)
 {
     const pinch_static_limit unknown = {NAN, NAN, PINCH_SOLVE_MAX_ITERATIONS};
+    if (!limits) return PINCH_INVALID_ARGUMENT;
     *limits = (pinch_static_limits){unknown, unknown};
     pinch_status status = check(statics, grasp, settings);
     if (status != PINCH_OK) return status;
@@ -295,6 +296,7 @@ pinch_status pinch_statics_limits(pinch_statics *statics, const pinch_grasp *gra
 pinch_status pinch_statics_least_closing(pinch_statics *statics, const pinch_grasp *grasp,
                                          const pinch_statics_settings *settings, pinch_static_limit *least)
 {
+    if (!least) return PINCH_INVALID_ARGUMENT;
     *least = (pinch_static_limit){NAN, NAN, PINCH_SOLVE_MAX_ITERATIONS};
     pinch_status status = check(statics, grasp, settings);
     if (status != PINCH_OK) return status;

@@ -34,6 +34,7 @@ static bool create_lcp(pinch_statics *s)
 
 pinch_status pinch_statics_create(int fingers, int faces, pinch_statics **statics)
 {
+    if (!statics) return PINCH_INVALID_ARGUMENT;
     *statics = NULL;
     if (fingers < 1 || faces < 0 || faces > 4096) return PINCH_INVALID_ARGUMENT;
     pinch_statics *s = calloc(1, sizeof *s);
@@ -176,6 +177,7 @@ pinch_status pinch_statics_solve(pinch_statics *statics, const pinch_grasp *gras
                                  const pinch_statics_settings *settings, pinch_finger_result *fingers,
                                  pinch_statics_result *result)
 {
+    if (!fingers || !result) return PINCH_INVALID_ARGUMENT;
     pinch_status status = pinch_static_validate(statics, grasp, settings);
     if (status == PINCH_OK) status = pinch_static_validate_method(statics, grasp, settings);
     if (status != PINCH_OK) return status;

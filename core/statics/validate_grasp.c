@@ -36,6 +36,7 @@ static bool valid_finger(const pinch_finger *f, bool planar)
 pinch_status pinch_static_validate(const pinch_statics *statics, const pinch_grasp *grasp,
                                    const pinch_statics_settings *settings)
 {
+    if (!statics || !grasp || !settings || !grasp->fingers) return PINCH_INVALID_ARGUMENT;
     if (grasp->finger_count < 1 || grasp->finger_count > statics->fingers || !positive(grasp->radius))
         return PINCH_INVALID_ARGUMENT;
     if (!isfinite(pinch_v3_dot(grasp->origin, grasp->origin))) return PINCH_INVALID_ARGUMENT;
@@ -46,6 +47,8 @@ pinch_status pinch_static_validate(const pinch_statics *statics, const pinch_gra
     for (int i = 0; i < grasp->finger_count; i++)
         if (!valid_finger(&grasp->fingers[i], grasp->planar)) return PINCH_INVALID_ARGUMENT;
     if (settings->faces < 3 || settings->faces > 4096 || settings->path_steps < 1 || !(settings->path_tolerance > 0.0))
+        return PINCH_INVALID_ARGUMENT;
+    if (settings->formulation != PINCH_FORMULATION_COULOMB && settings->formulation != PINCH_FORMULATION_LCP)
         return PINCH_INVALID_ARGUMENT;
     return pinch_check_solver_settings(&settings->solver);
 }

@@ -475,7 +475,7 @@ pinch_status pinch_step_solve(pinch_step_solver *solver, pinch_problem *problem,
                               pinch_step_result *result)
 {
     pinch_sticking start;
-    if (!pinch_problem_valid(problem)) {
+    if (pinch_check_solver_settings(settings) != PINCH_OK || !pinch_problem_valid(problem)) {
         memset(result, 0, sizeof *result);
         return PINCH_INVALID_ARGUMENT;
     }

@@ -2,6 +2,7 @@
 
 #include "support/lanes.h"
 #include "support/loop.h"
+#include "support/vec3.h"
 
 #include <math.h>
 #include <stdatomic.h>
@@ -45,6 +46,20 @@ static bool body_index_valid(const pinch_problem *problem, int body)
     return body >= PINCH_STATIC_BODY && body < problem->body_count;
 }
 
+/* Unit vectors, right angles and symmetries need not be exact: whoever made them has rounded. */
+static const double ROUNDING = 1e-6;
+
+static bool is_symmetric(const double *inertia)
+{
+    double skew = fabs(inertia[1] - inertia[3]) + fabs(inertia[2] - inertia[6]) + fabs(inertia[5] - inertia[7]);
+    return skew <= ROUNDING * (inertia[0] + inertia[4] + inertia[8]);
+}
+
+static bool drive_valid(const pinch_body *b)
+{
+    return fabs(pinch_v3_norm(b->drive_axis) - 1) <= ROUNDING && isfinite(b->drive_force);
+}
+
 static bool body_valid(const pinch_body *b)
 {
     zeros z = {{0, 0}, {0, 0}, b->mass * 0.0};
@@ -52,21 +67,18 @@ static bool body_valid(const pinch_body *b)
     add_finite(b->position, 3, &z);
     add_finite(b->velocity, 6, &z);
     add_finite(b->external, 6, &z);
-    return all_zero(&z) && b->mass >= 0 && b->radius > 0 &&
-           (b->mass > 0 || (all_finite(b->drive_axis, 3) && isfinite(b->drive_force)));
+    return all_zero(&z) && b->mass >= 0 && b->radius > 0 && (b->mass > 0 ? is_symmetric(b->inertia) : drive_valid(b));
 }
 
-/* The frame need not be unit and square to the last bit: whoever made it has rounded. */
 static bool frame_valid(const pinch_contact *c)
 {
-    static const double FRAME_TOLERANCE = 1e-6;
     double n2 = 0, t2 = 0, nt = 0;
     for (int i = 0; i < 3; i++) {
         n2 += c->normal[i] * c->normal[i];
         t2 += c->tangent1[i] * c->tangent1[i];
         nt += c->normal[i] * c->tangent1[i];
     }
-    return fabs(n2 - 1) <= FRAME_TOLERANCE && fabs(t2 - 1) <= FRAME_TOLERANCE && fabs(nt) <= FRAME_TOLERANCE;
+    return fabs(n2 - 1) <= ROUNDING && fabs(t2 - 1) <= ROUNDING && fabs(nt) <= ROUNDING;
 }
 
 /* A row needs a spring, or where its contact may soften at least a damper. */
@@ -134,7 +146,8 @@ static void validate_contacts(void *argument, int first, int end)
 
 bool pinch_problem_valid(const pinch_problem *problem)
 {
-    if (!(problem->step > 0) || !isfinite(problem->step) || problem->body_count < 1) return false;
+    if (!(problem->step > 0) || !isfinite(problem->step)) return false;
+    if (problem->body_count < 1 || problem->contact_count < 0 || problem->row_count < 0) return false;
     if (problem->faces != 0 && (problem->faces < 2 || problem->faces > 4096)) return false;
     for (int b = 0; b < problem->body_count; b++)
         if (!body_valid(&problem->bodies[b])) return false;

@@ -126,6 +126,10 @@ static void test_settings_of_a_grasp(void **state)
     WITH(PINCH_INVALID_ARGUMENT, s.solver.tolerance = 0);
     WITH(PINCH_INVALID_ARGUMENT, s.solver.max_iterations = 0);
     WITH(PINCH_INVALID_ARGUMENT, s.solver.solver = PINCH_SOLVER_COUNT);
+    WITH(PINCH_INVALID_ARGUMENT, s.solver.budget = -1);
+    WITH(PINCH_INVALID_ARGUMENT, s.solver.sweeps = -1);
+    WITH(PINCH_INVALID_ARGUMENT, s.formulation = (pinch_formulation)2);
+    WITH(PINCH_INVALID_ARGUMENT, s.formulation = (pinch_formulation)-1);
     WITH(PINCH_UNSUPPORTED, s.solver.solver = PINCH_SOLVER_LEMKE);
     WITH(PINCH_UNSUPPORTED, s.solver.solver = PINCH_SOLVER_NSNGRK);
     WITH(PINCH_UNSUPPORTED, s.faithful = true);
@@ -150,6 +154,37 @@ static void test_settings_of_a_grasp(void **state)
     assert_int_equal(pinch_statics_lcp_size(statics, &g.grasp, &s, PINCH_FORM_MIXED), 0);
 }
 
+/* What is NULL is refused before it is looked into. */
+static void test_no_grasp(void **state)
+{
+    (void)state;
+    enum { WRONG = PINCH_INVALID_ARGUMENT };
+    static double m[1000 * 1000], q[1000];
+    static bool is_free[1000];
+    test_grasp g;
+    good_grasp(&g, false);
+    pinch_statics_settings s = pinch_default_statics_settings();
+    pinch_finger_result fingers[GRASP_MAX_FINGERS];
+    pinch_statics_result result;
+    assert_int_equal(pinch_statics_create(2, 8, NULL), WRONG);
+    assert_int_equal(pinch_statics_solve(NULL, &g.grasp, &s, fingers, &result), WRONG);
+    assert_int_equal(pinch_statics_solve(statics, NULL, &s, fingers, &result), WRONG);
+    assert_int_equal(pinch_statics_solve(statics, &g.grasp, NULL, fingers, &result), WRONG);
+    assert_int_equal(pinch_statics_solve(statics, &g.grasp, &s, NULL, &result), WRONG);
+    assert_int_equal(pinch_statics_solve(statics, &g.grasp, &s, fingers, NULL), WRONG);
+    assert_int_equal(pinch_statics_limits(statics, &g.grasp, &s, NULL), WRONG);
+    assert_int_equal(pinch_statics_least_closing(statics, &g.grasp, &s, NULL), WRONG);
+    s.formulation = PINCH_FORMULATION_LCP;
+    assert_int_equal(pinch_statics_lcp_size(NULL, &g.grasp, &s, PINCH_FORM_MIXED), 0);
+    assert_int_equal(pinch_statics_lcp(statics, &g.grasp, &s, PINCH_FORM_MIXED, NULL, q, is_free), WRONG);
+    assert_int_equal(pinch_statics_lcp(statics, &g.grasp, &s, PINCH_FORM_MIXED, m, NULL, is_free), WRONG);
+    assert_int_equal(pinch_statics_lcp(statics, &g.grasp, &s, PINCH_FORM_MIXED, m, q, NULL), WRONG);
+    g.grasp.fingers = NULL;
+    assert_int_equal(pinch_statics_lcp_size(statics, &g.grasp, &s, PINCH_FORM_MIXED), 0);
+    s.formulation = PINCH_FORMULATION_COULOMB;
+    assert_int_equal(ask(&g.grasp, &s), WRONG);
+}
+
 /* ---- islands, with everything that a contact may have ---- */
 
 static pinch_step_solver *solver;
@@ -168,6 +203,72 @@ static void good_island(island *made)
     made->contacts[0].model = PINCH_CONTACT_ROLLING;
     for (int k = 0; k < 3; k++) made->contacts[0].stiffness[k] = 1000;
     made->contacts[0].may_soften = true;
+}
+
+/* The direction of a massless drive is a unit vector, but for rounding. */
+static void refuse_drive_axes(island *made)
+{
+    static const double factors[] = {1 + 9e-7, 0, 2, 1 - 1e-5, INFINITY};
+    for (size_t i = 0; i < sizeof factors / sizeof *factors; i++) {
+        island_make(made, ISLAND_DRIVES, 1);
+        for (int b = 0; b < made->problem.body_count; b++)
+            for (int k = 0; k < 3; k++) made->bodies[b].drive_axis[k] *= factors[i];
+        assert_int_equal(step(made), i == 0 ? PINCH_OK : PINCH_INVALID_ARGUMENT);
+    }
+}
+
+static void refuse_counts(island *made)
+{
+    for (int wrong = -5; wrong < 0; wrong += 4) {
+        island_make(made, ISLAND_HARD, 1);
+        made->problem.contact_count = wrong;
+        assert_int_equal(step(made), PINCH_INVALID_ARGUMENT);
+        island_make(made, ISLAND_HARD, 1);
+        made->problem.row_count = wrong;
+        assert_int_equal(step(made), PINCH_INVALID_ARGUMENT);
+        island_make(made, ISLAND_HARD, 1);
+        made->problem.body_count = wrong;
+        assert_int_equal(step(made), PINCH_INVALID_ARGUMENT);
+    }
+    island_make(made, ISLAND_HARD, 1);
+    made->problem.body_count = made->problem.contact_count = made->problem.row_count = 0;
+    assert_int_equal(step(made), PINCH_INVALID_ARGUMENT);
+}
+
+/* An inertia is symmetric, but for rounding, with contacts and without. */
+static void test_lopsided_inertia(void **state)
+{
+    (void)state;
+    static island made;
+    static const int entries[] = {1, 2, 3, 5, 6, 7};
+    for (int i = 0; i < 12; i++) {
+        good_island(&made);
+        if (i % 2) made.problem.contact_count = 0;
+        double *inertia = made.bodies[0].inertia, *entry = &inertia[entries[i / 2]];
+        double trace = inertia[0] + inertia[4] + inertia[8], right = *entry;
+        *entry = right + 1e-8 * trace;
+        assert_int_equal(step(&made), PINCH_OK);
+        *entry = right + 1e-5 * trace;
+        assert_int_equal(step(&made), PINCH_INVALID_ARGUMENT);
+    }
+}
+
+static void test_settings_of_a_step(void **state)
+{
+    (void)state;
+    static island made;
+    pinch_step_result result;
+    const pinch_solver_settings good = pinch_default_solver_settings();
+    pinch_solver_settings wrong[4] = {good, good, good, good};
+    wrong[0].budget = -1;
+    wrong[1].budget = NAN;
+    wrong[2].sweeps = -1;
+    wrong[3].goal = 2 * good.tolerance;
+    for (int i = 0; i < 4; i++) {
+        island_make(&made, ISLAND_HARD, 1);
+        assert_int_equal(pinch_step_solve(solver, &made.problem, &good, &result), PINCH_OK);
+        assert_int_equal(pinch_step_solve(solver, &made.problem, &wrong[i], &result), PINCH_INVALID_ARGUMENT);
+    }
 }
 
 static void test_numbers_of_an_island(void **state)
@@ -248,6 +349,8 @@ static void test_numbers_of_an_island(void **state)
     for (int b = 0; b < made.problem.body_count; b++)
         if (made.bodies[b].mass == 0) made.bodies[b].drive_axis[1] = NAN;
     assert_int_equal(step(&made), PINCH_INVALID_ARGUMENT);
+    refuse_drive_axes(&made);
+    refuse_counts(&made);
     /* what no method has */
     good_island(&made);
     made.problem.faces = 4;
@@ -461,7 +564,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_numbers_of_a_grasp),
         cmocka_unit_test(test_settings_of_a_grasp),
+        cmocka_unit_test(test_no_grasp),
         cmocka_unit_test(test_numbers_of_an_island),
+        cmocka_unit_test(test_lopsided_inertia),
+        cmocka_unit_test(test_settings_of_a_step),
         cmocka_unit_test(test_complementarity_problems),
         cmocka_unit_test(test_words),
         cmocka_unit_test(test_memories),

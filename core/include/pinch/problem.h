@@ -43,7 +43,7 @@ PINCH_API const char *pinch_contact_state_text(pinch_contact_state state);
 /* A body that moves, or a massless drive. */
 typedef struct pinch_body {
     double mass;          /* kg, > 0; 0 makes a massless drive, below */
-    double inertia[9];    /* kg m^2, about the centre of mass, world axes, row major, positive definite */
+    double inertia[9];    /* kg m^2, about the centre of mass, world axes, row major, symmetric, positive definite */
     double position[3];   /* centre of mass, m */
     double velocity[6];   /* v*: linear m/s, angular rad/s; of a massless drive: a guess of its velocity */
     double external[6];   /* f_ext that is already in v*, N and N m: only the scale of the residual */
@@ -168,7 +168,7 @@ typedef struct pinch_problem {
     bool keep_trial;        /* false: what is no answer comes back as NaN. True: as the velocities and forces that the
                              * solver ended with, for programs that look at why it failed */
     const pinch_crew *crew; /* NULL: the solve goes on in the caller's thread alone */
-    int body_count, contact_count, row_count; /* >= 0; lengths of the lists */
+    int body_count, contact_count, row_count; /* lengths of the lists; >= 1, >= 0, >= 0 */
     pinch_body *bodies;                       /* in and out */
     pinch_contact *contacts;                  /* in and out */
     pinch_joint_row *rows;                    /* in and out */

@@ -38,10 +38,10 @@ typedef struct pinch_solver_settings {
     uint64_t seed;      /* NSNGRK's row draws; default 1 */
     double budget; /* the most work that one solve of an island may take in the forces as unknowns, in products of 6 x 6
                     * blocks (a fifth of a microsecond, or less); factorizations that would not leave room for others
-                    * are replaced by an iteration. 0 (default): no limit */
+                    * are replaced by an iteration. >= 0; 0 (default): no limit */
     int sweeps;    /* > 0: an island of free bodies that goes over its budget is approximated by as many Gauss-Seidel
                     * sweeps, from the forces that it came with, and by a splitting method before them where it is a pile
-                    * that is higher than these reach; 0 (default): it is given up */
+                    * that is higher than these reach; 0 (default): it is given up; not negative */
     bool sweeps_alone;       /* where that would be possible, it is done without a try; default false */
     pinch_progress progress; /* default NULL */
     void *progress_context;  /* is handed to it */

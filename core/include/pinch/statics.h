@@ -122,6 +122,7 @@ typedef struct pinch_statics_result {
  * its own: it serves one call at a time.
  */
 typedef struct pinch_statics pinch_statics;
+/* PINCH_INVALID_ARGUMENT for no finger, for facets outside of 0 to 4096 and for NULL; PINCH_OUT_OF_MEMORY. */
 PINCH_API pinch_status pinch_statics_create(int fingers, int faces, pinch_statics **statics);
 PINCH_API void pinch_statics_destroy(pinch_statics *statics);
 
@@ -135,8 +136,8 @@ PINCH_API void pinch_statics_destroy(pinch_statics *statics);
  *
  * result->solve.status: converged (and verified), infeasible (proven by result->twist), unstable, ray, max_iterations
  * (also where the search for an equilibrium comes to the end of the work allowed, some seconds), diverged, unverified.
- * PINCH_INVALID_ARGUMENT: values outside the ranges above. PINCH_UNSUPPORTED: coulomb with nsngrk, lemke or pgs;
- * faithful with coulomb.
+ * PINCH_INVALID_ARGUMENT: values outside the ranges above, and NULL. PINCH_UNSUPPORTED: coulomb with nsngrk, lemke or
+ * pgs; faithful with coulomb.
  */
 PINCH_API pinch_status pinch_statics_solve(pinch_statics *statics, const pinch_grasp *grasp,
                                            const pinch_statics_settings *settings, pinch_finger_result *fingers,
@@ -198,18 +199,19 @@ PINCH_API void pinch_statics_verify(const pinch_grasp *grasp, const pinch_static
 PINCH_API bool pinch_statics_proves_infeasible(const pinch_grasp *grasp, const pinch_statics_settings *settings,
                                                const double twist[6]);
 
-/* The ways to write the linearized grasp as a complementarity problem. */
+/* The ways to write the linearized grasp, formulation lcp, as a complementarity problem. */
 typedef enum pinch_static_form {
-    PINCH_FORM_MIXED = 0, /* (r_n, lambda, s, u), u free: always exists */
+    PINCH_FORM_MIXED = 0, /* (r_n, lambda, s, u), u free: exists for every such grasp */
     PINCH_FORM_CONDENSED, /* (r_n, lambda, s), u eliminated: W_t K_t W_t^T must be invertible */
-    PINCH_FORM_SPLIT      /* (r_n, lambda, s, u+, u-): always exists; the paper's planar frictionless form */
+    PINCH_FORM_SPLIT      /* (r_n, lambda, s, u+, u-): likewise; the paper's planar frictionless form */
 } pinch_static_form;
 
-/* Returns the number of unknowns of that form; 0 when it does not exist. */
+/* Returns the number of unknowns of that form; 0 when it does not exist: for formulation coulomb, too, and where
+ * pinch_statics_solve refuses the values or `statics` has no room for the facets. */
 PINCH_API int pinch_statics_lcp_size(pinch_statics *statics, const pinch_grasp *grasp,
                                      const pinch_statics_settings *settings, pinch_static_form form);
 /* Writes M[size^2], q[size], free[size] of that form, raw for `faithful` without `unit` and non-dimensional otherwise.
- */
+ * PINCH_INVALID_ARGUMENT where it does not exist. */
 PINCH_API pinch_status pinch_statics_lcp(pinch_statics *statics, const pinch_grasp *grasp,
                                          const pinch_statics_settings *settings, pinch_static_form form, double *m,
                                          double *q, bool *free);
