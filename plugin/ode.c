@@ -28,12 +28,19 @@ pinch_ode_settings pinch_ode_default_settings(void)
     return settings;
 }
 
+static bool is_stepper(pinch_ode_stepper stepper)
+{
+    return stepper == PINCH_ODE_WORLDSTEP || stepper == PINCH_ODE_QUICKSTEP;
+}
+
 pinch_status pinch_check_settings(const pinch_ode_settings *settings)
 {
     if (!settings) return PINCH_INVALID_ARGUMENT;
     const pinch_solver_settings *s = &settings->solver;
-    if (!(s->tolerance > 0) || !(s->goal >= 0) || s->goal > s->tolerance || s->max_iterations < 1)
+    if (!(s->tolerance > 0) || !isfinite(s->tolerance) || !(s->goal >= 0) || s->goal > s->tolerance ||
+        s->max_iterations < 1)
         return PINCH_INVALID_ARGUMENT;
+    if (!(s->budget >= 0) || s->sweeps < 0 || !is_stepper(settings->stepper)) return PINCH_INVALID_ARGUMENT;
     if (!(settings->merge_distance > 0 && settings->merge_distance <= 0.5) ||
         !(settings->stale_tilt >= 0 && settings->stale_tilt <= 0.5))
         return PINCH_INVALID_ARGUMENT;
@@ -88,7 +95,7 @@ void pinch_ode_destroy(pinch_ode *p)
 
 pinch_status pinch_ode_set_stepper(pinch_ode *p, pinch_ode_stepper stepper)
 {
-    if (!p || (stepper != PINCH_ODE_WORLDSTEP && stepper != PINCH_ODE_QUICKSTEP)) return PINCH_INVALID_ARGUMENT;
+    if (!p || !is_stepper(stepper)) return PINCH_INVALID_ARGUMENT;
     p->context.settings.stepper = stepper;
     return PINCH_OK;
 }

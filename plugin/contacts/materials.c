@@ -182,6 +182,8 @@ static bool material_legal(const pinch_material *m)
         if (!(m->stiffness[i] > 0) || !isfinite(m->stiffness[i]) || !(m->damping[i] >= 0) || !isfinite(m->damping[i]))
             return false;
     if (!(m->hertz_modulus >= 0) || !isfinite(m->hertz_modulus)) return false;
+    for (int i = 0; i < 3; i++)
+        if (!isfinite(m->facet_axis[i])) return false;
     return m->max_force > 0 && (!friction || (m->friction_kinetic >= 0 && m->friction_kinetic <= m->friction)) &&
            (!soft || (m->torsional_friction >= 0 && isfinite(m->torsional_friction)));
 }

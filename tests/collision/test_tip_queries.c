@@ -119,6 +119,25 @@ static void test_refusals(void **state)
     assert_int_equal(pinch_tip_take_over(dRayClass, dSphereClass), PINCH_INVALID_ARGUMENT);
 }
 
+/* Where is the surface nearest to a point that is nowhere? */
+static void test_points_that_are_none(void **state)
+{
+    (void)state;
+    static const double wrong[] = {NAN, INFINITY, -INFINITY};
+    test_tip t = test_tip_of(PINCH_TIP_BOX, 3, 2, 1, 0.1);
+    dGeomID plane = dCreatePlane(NULL, 0, 0, 1, 0);
+    for (int i = 0; i < 9; i++) {
+        double x[3] = {1, 2, 3}, distance, nearest[3], n[3];
+        assert_int_equal(pinch_tip_closest_point(t.geom, x, &distance, nearest, n), PINCH_OK);
+        assert_int_equal(pinch_tip_closest_point(plane, x, &distance, nearest, n), PINCH_OK);
+        x[i / 3] = wrong[i % 3];
+        assert_int_equal(pinch_tip_closest_point(t.geom, x, &distance, nearest, n), PINCH_INVALID_ARGUMENT);
+        assert_int_equal(pinch_tip_closest_point(plane, x, &distance, nearest, n), PINCH_INVALID_ARGUMENT);
+    }
+    dGeomDestroy(plane);
+    test_tip_free(&t);
+}
+
 int main(void)
 {
     dInitODE2(0);
@@ -127,6 +146,7 @@ int main(void)
         cmocka_unit_test(test_curvatures),
         cmocka_unit_test(test_inertia),
         cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_points_that_are_none),
     };
     int failed = cmocka_run_group_tests_name("tip queries", tests, NULL, NULL);
     dCloseODE();

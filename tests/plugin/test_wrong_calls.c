@@ -87,6 +87,15 @@ static void test_illegal_calls_are_refused(void **state)
     settings = pinch_ode_default_settings();
     settings.solver.tolerance = -1;
     assert_int_equal(pinch_ode_create(b.world, &settings, &other), PINCH_INVALID_ARGUMENT);
+    for (int wrong = 0; wrong < 6; wrong++) {
+        settings = pinch_ode_default_settings();
+        if (wrong == 0) settings.solver.budget = -1;
+        if (wrong == 1) settings.solver.budget = NAN;
+        if (wrong == 2) settings.solver.sweeps = -1;
+        if (wrong == 3) settings.solver.tolerance = INFINITY;
+        if (wrong >= 4) settings.stepper = (pinch_ode_stepper)(wrong == 4 ? 2 : -1);
+        assert_int_equal(pinch_ode_create(b.world, &settings, &other), PINCH_INVALID_ARGUMENT);
+    }
     settings = pinch_ode_default_settings();
     settings.solver.solver = PINCH_SOLVER_LEMKE;
     assert_int_equal(pinch_ode_create(b.world, &settings, &other), PINCH_UNSUPPORTED);
@@ -120,6 +129,8 @@ static void test_illegal_calls_are_refused(void **state)
         {offsetof(pinch_material, torsional_friction), -1e-3},
         {offsetof(pinch_material, max_force), 0},
         {offsetof(pinch_material, max_force), NAN},
+        {offsetof(pinch_material, facet_axis), NAN},
+        {offsetof(pinch_material, facet_axis) + 2 * sizeof(double), INFINITY},
     };
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         pinch_material bad = pinch_default_material();

@@ -53,6 +53,8 @@ pinch_status pinch_tip_closest_point(dGeomID geom, const double point[3], double
 {
     pinch_posed_body body;
     if (!geom || !point || !distance || !nearest || !normal) return PINCH_INVALID_ARGUMENT;
+    for (int i = 0; i < 3; i++)
+        if (!isfinite(point[i])) return PINCH_INVALID_ARGUMENT;
     if (dGeomGetClass(geom) == dPlaneClass) {
         dVector4 p;
         dGeomPlaneGetParams(geom, p);

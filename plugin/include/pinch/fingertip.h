@@ -109,7 +109,7 @@ PINCH_API pinch_status pinch_tip_take_over(int class1, int class2);
 
 /* Finds the signed distance (m, negative inside) of a point to a geom's surface, the surface point nearest to it, and
  * the surface's outward normal there. It knows the shapes that pinch_tip_collide knows, except rays and trimeshes, for
- * which it returns PINCH_UNSUPPORTED. */
+ * which it returns PINCH_UNSUPPORTED. PINCH_INVALID_ARGUMENT for a point that is not finite. */
 PINCH_API pinch_status pinch_tip_closest_point(dGeomID geom, const double point[3], double *distance, double nearest[3],
                                                double normal[3]);
 
