@@ -458,8 +458,7 @@ static void go_on(pinch_ode *p)
 
 pinch_status pinch_ode_advance(pinch_ode *p, double h)
 {
-    if (!p || !(h > 0) || !isfinite(h) || !p->solved) return PINCH_INVALID_ARGUMENT;
-    p->context.h = h;
+    if (!p || !p->solved || h != p->context.h) return PINCH_INVALID_ARGUMENT; /* the forces are those of its step */
     call_threads(p);
     if (p->joints.count > 0 && !p->context.solve_and_advance) for_each_island(p, give_joint_forces, false);
     if (p->graph.sleepers) for_each_island_in_order(p, link_jointed);

@@ -146,12 +146,33 @@ static void test_illegal_calls_are_refused(void **state)
     block_free(&b);
 }
 
+/* The forces of a step are for no step of another length; the body moves as if nobody had asked for one. */
+static void test_a_step_has_one_length(void **state)
+{
+    (void)state;
+    pinch_material m = block_material();
+    block b[2];
+    for (int k = 0; k < 2; k++) {
+        block_make(&b[k], &m, 1e-4);
+        block_steps(&b[k], 3);
+        assert_int_equal(pinch_ode_solve(b[k].plugin, 1e-3), PINCH_OK);
+        static const double others[] = {4e-3, 1e-3 * (1 + 1e-15), 0, -1e-3, NAN, INFINITY};
+        for (int i = 0; k == 1 && i < 6; i++)
+            assert_int_equal(pinch_ode_advance(b[k].plugin, others[i]), PINCH_INVALID_ARGUMENT);
+        assert_int_equal(pinch_ode_advance(b[k].plugin, 1e-3), PINCH_OK);
+    }
+    assert_memory_equal(dBodyGetPosition(b[0].body), dBodyGetPosition(b[1].body), 3 * sizeof(dReal));
+    assert_memory_equal(dBodyGetLinearVel(b[0].body), dBodyGetLinearVel(b[1].body), 3 * sizeof(dReal));
+    for (int k = 0; k < 2; k++) block_free(&b[k]);
+}
+
 int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_malformed_contacts_are_skipped_and_counted),
         cmocka_unit_test(test_illegal_calls_are_refused),
+        cmocka_unit_test(test_a_step_has_one_length),
     };
     int failed = cmocka_run_group_tests_name("wrong contacts and calls", tests, NULL, NULL);
     dCloseODE();

@@ -275,7 +275,9 @@ PINCH_API pinch_status pinch_ode_step(pinch_ode *plugin, double h);
 
 /* The two parts of pinch_ode_step, for programs that measure or change things between them: everything up to the
  * forces, then ODE's step and the contact histories. A force that is added between them to a body on joints is seen by
- * no solver where Pinch has found the joints' forces (see joints_by_ode). */
+ * no solver where Pinch has found the joints' forces (see joints_by_ode). Both get the same h: forces that were found
+ * for a step are not those of a longer one. PINCH_INVALID_ARGUMENT for another h, and where nothing has been solved;
+ * the step can still be advanced by the right one. */
 PINCH_API pinch_status pinch_ode_solve(pinch_ode *plugin, double h);
 PINCH_API pinch_status pinch_ode_advance(pinch_ode *plugin, double h);
 
