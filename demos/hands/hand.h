@@ -98,8 +98,8 @@ typedef struct hand_drive {
                              alone; affine: none of these */
     int joint, tendon;    /* one of them is -1 */
     double gear, gain, bias[3];
-    double kp, kd;        /* position and velocity only */
-    double damping_ratio; /* position only; > 0: kd = 2 * damping_ratio * sqrt(kp * mass that it moves) */
+    double kp, kd;        /* -bias[1] and -bias[2] where these are negative, else 0 */
+    double damping_ratio; /* only where bias[1] = -gain; > 0: kd = 2 * damping_ratio * sqrt(kp * mass that it moves) */
     double least_control, most_control, least_force, most_force;
     int line;
 } hand_drive;

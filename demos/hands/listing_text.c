@@ -55,15 +55,15 @@ static void print_drives(const hand *h, FILE *stream)
 {
     static const char *const types[] = {"position", "velocity", "motor", "affine"};
     if (!h->drive_count) return;
-    terminal_print(stream, "  %-24s %-9s %-24s %10s %10s %10s %23s\n", "drive", "type", "of", "gain", "kp", "kd",
-                   "force");
+    terminal_print(stream, "  %-24s %-9s %-24s %10s %10s %10s %10s %23s\n", "drive", "type", "of", "gain", "constant",
+                   "kp", "kd", "force");
     for (size_t i = 0; i < h->drive_count; i++) {
         const hand_drive *d = &h->drives[i];
         char force[RANGE] = "unlimited";
         if (isfinite(d->most_force) || isfinite(d->least_force)) print_range(d->least_force, d->most_force, force);
-        terminal_print(stream, "  %-24s %-9s %-24s %10.4g %10.4g %10.4g %23s\n", d->name, types[d->type],
-                       d->joint >= 0 ? h->joints[d->joint].name : h->tendons[d->tendon].name, d->gain, d->kp, d->kd,
-                       force);
+        terminal_print(stream, "  %-24s %-9s %-24s %10.4g %10.4g %10.4g %10.4g %23s\n", d->name, types[d->type],
+                       d->joint >= 0 ? h->joints[d->joint].name : h->tendons[d->tendon].name, d->gain, d->bias[0],
+                       d->kp, d->kd, force);
     }
 }
 

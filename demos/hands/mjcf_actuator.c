@@ -77,13 +77,20 @@ static void classify(const actuator *a, hand_drive *drive)
     drive->type = HAND_AFFINE;
     drive->kp = fmax(0, -b[1]);
     drive->kd = fmax(0, -b[2]);
-    if (b[0] == 0 && b[1] == -a->gain && a->gain != 0) {
-        drive->type = HAND_POSITION;
+    if (b[1] == -a->gain && a->gain > 0) {
+        if (b[0] == 0) drive->type = HAND_POSITION;
         drive->damping_ratio = fmax(0, b[2]);
         if (b[2] > 0) drive->bias[2] = 0;
     } else if (b[0] == 0 && b[1] == 0 && b[2] == -a->gain) {
         drive->type = HAND_VELOCITY;
     }
+}
+
+/* A drive here pulls to a place and resists motion, or does neither. */
+static void list_unstable_terms(hand_reader *r, const xmlNode *node, const hand_drive *drive)
+{
+    if (drive->bias[1] > 0) reader_unmodelled(r, node, "length term of an actuator that pushes away from a place");
+    if (drive->bias[2] > 0) reader_unmodelled(r, node, "speed term of an actuator that drives motion on");
 }
 
 /* False where the actuator acts on something that is not modelled, or after an error. */
@@ -143,6 +150,7 @@ static void add_drive(mjcf *m, const mjcf_element *e, const actuator *a)
     mjcf_numbers(e, "gear", gear, 1, 6);
     own.gear = gear[0];
     classify(a, &own);
+    list_unstable_terms(r, e->node, &own);
     read_ranges(e, a->inherit, &own);
     own.name = reader_name(r, e->node, "actuator", h->drive_count);
     hand_drive *drive = reader_append(r, &h->drives, &h->drive_count, sizeof *drive);

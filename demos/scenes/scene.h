@@ -209,7 +209,7 @@ typedef struct scene_environment {
 typedef enum scene_control_type {
     SCENE_UNDRIVEN = 0,
     SCENE_POSITION_CONTROL, /* force = kp (target - q) - kd q', bounded */
-    SCENE_TORQUE_CONTROL,   /* force = target, bounded */
+    SCENE_TORQUE_CONTROL,   /* force = target + bias - kd q', bounded */
     SCENE_VELOCITY_CONTROL  /* force = kd (target - q'), bounded */
 } scene_control_type;
 
@@ -222,6 +222,7 @@ typedef struct scene_control {
     const char *name;  /* of that joint or tendon, of a further drive its own; the model's */
     scene_control_type type;
     double kp, kd;                    /* >= 0; kp > 0 where a position and kd > 0 where a velocity is controlled */
+    double bias;                      /* N m or N: the constant of the file's actuator; 0 unless by torque */
     double max_force;                 /* > 0; default what the file allows, else INFINITY */
     double least_target, most_target; /* the file's range of control, for targets that the scene gives */
     size_t target_count;

@@ -180,7 +180,7 @@ static bool set_control(static_row *b, const scene_control *c, double target)
 {
     if (!set_bounds(b, c->max_force, false)) return false;
     if (c->type == SCENE_TORQUE_CONTROL)
-        b->constant = target;
+        b->constant = target + c->bias;
     else
         b->stiffness = c->kp;
     return true;
@@ -226,7 +226,7 @@ static bool read_tie(static_system *s, int k, int index)
         b->a[s->first_joint[k] + t->joint[i]] += t->factor[i];
     }
     b->missing = t->law.target + t->offset - x;
-    if (t->control) return set_control(b, t->control, t->force);
+    if (t->control) return set_control(b, t->control, scene_target_at(t->control, s->w->time));
     b->stiffness = t->law.kp;
     return set_bounds(b, t->law.max_force, isinf(t->law.kp));
 }

@@ -253,6 +253,24 @@ static void zero_bytes(void **state)
     program_remove_folder(folder);
 }
 
+/* The table of drives has the constant of an actuator beside its gains. */
+static void constants_of_actuators_are_shown(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    free(program_write_file(
+        folder, "h.xml",
+        "<mujoco><worldbody><body name='a'><geom size='1'/><body name='b'><joint name='j'/><geom size='1'/></body>"
+        "</body></worldbody><actuator><general name='g' joint='j' gainprm='2' biastype='affine' biasprm='-0.375 -3 0'/>"
+        "</actuator></mujoco>"));
+    program_result r = PINCH(folder, "hand", "h.xml");
+    assert_int_equal(r.status, 0);
+    const char *head = strstr(r.out, "constant"), *row = strstr(r.out, "-0.375");
+    assert_true(head && row && row > head);
+    program_free(&r);
+    program_remove_folder(folder);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -263,6 +281,7 @@ int main(void)
         cmocka_unit_test(zero_bytes),
         cmocka_unit_test(positions_are_taken),
         cmocka_unit_test(positions_are_checked),
+        cmocka_unit_test(constants_of_actuators_are_shown),
         cmocka_unit_test(wrong_calls_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -297,14 +297,128 @@ static void test_a_bound_of_several_drives(void **state)
     }
 }
 
+#define GENERAL(keys) "<actuator><general name='drive' biastype='affine' " keys "/></actuator>"
+
+/* Of an actuator that pulls to no place, the constant acts beside the target, and the speed term damps: from rest, the
+ * steps of the joint go by I (v+ - v) = h (torque - damping v+). */
+static void test_constants_and_damping_of_torques(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *drive, *control;
+        double torque, damping;
+    } cases[] = {
+        {GENERAL("joint='joint' biasprm='-0.3 0 0'"), "", -0.3, 0},
+        {GENERAL("joint='joint' biasprm='-0.3 0 0'"), "\"joint\": {\"target\": 0.2}", -0.1, 0},
+        {GENERAL("joint='joint' gainprm='0' biasprm='0.1 0 0'"), "", 0.1, 0},
+        {GENERAL("joint='joint' biasprm='-0.3 0 0'"),
+         "\"*\": {\"type\": \"velocity\", \"kd\": 1}, \"joint\": {\"type\": \"torque\"}", -0.3, 0},
+        {GENERAL("joint='joint' gainprm='4' biasprm='-0.3 -4 0'"), "\"joint\": {\"type\": \"torque\", \"target\": 0.2}",
+         0.2, 0},
+        {GENERAL("joint='joint' biasprm='0 0 -0.1'"), "\"joint\": {\"target\": 0.2}", 0.2, 0.1},
+        {GENERAL("joint='joint' gear='2' biasprm='-0.3 0 -0.01'"), "\"drive\": {\"target\": 0.2}", -0.4, 0.04},
+        {GENERAL("joint='joint' gear='-2' biasprm='-0.3 0 -0.01'"), "", 0.6, 0.04},
+        {GENERAL("tendon='tendon' biasprm='-0.3 0 0'"), "\"drive\": {\"target\": 0.2}", -0.02, 0},
+        {GENERAL("tendon='tendon' biasprm='-0.3 0 -0.5'"), "\"tendon\": {\"target\": 0.2}", -0.02, 0.02},
+        {GENERAL("joint='joint' biasprm='-0.3 0 -0.1'") "<actuator><motor name='m' joint='joint'/></actuator>",
+         "\"m\": {\"target\": 0.2}", -0.1, 0.1},
+        {"<actuator><motor name='m' joint='joint'/></actuator>", "\"m\": {\"target\": 0.2, \"kd\": 0.1}", 0.2, 0.1},
+    };
+    static const double INERTIA = 1e-3, STEP = 1e-3;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char more[512], keys[128];
+        snprintf(more, sizeof more, "<tendon><fixed name='tendon'><joint joint='joint' coef='0.2'/></fixed></tendon>%s",
+                 cases[k].drive);
+        snprintf(keys, sizeof keys, ", \"control\": {%s}", cases[k].control);
+        scene *s;
+        world *w = finger_of("axis='0 1 0'", "0 0 0.1", more, keys, STEP, &s);
+        world_run_until(w, 0.02);
+        double v = 0, before = 0, d = cases[k].damping;
+        for (int i = 0; i < w->steps; i++) {
+            before = v;
+            v = (INERTIA * v + STEP * cases[k].torque) / (INERTIA + STEP * d);
+        }
+        const world_joint *j = &w->hands[0].joints[0];
+        assert_close(j->velocity, v, 1e-9);
+        assert_close(j->torque, INERTIA * (v - before) / STEP, 1e-9);
+        world_hand_not_expressed(w, must_not_be_called, NULL);
+        end(w, s);
+    }
+}
+
+/* Where an actuator pulls to a place, its constant moves that place: control moves it too, within its range, but not
+ * where the gain is 0. A drive by torque rests where the joint's spring bears it, its constant included. */
+static void test_where_constants_of_actuators_lead(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *drive, *control;
+        double position;
+    } cases[] = {
+        {GENERAL("joint='joint' gainprm='0' biasprm='0.2 -4 -0.1'"), "", 0.2 / 5},
+        {GENERAL("joint='joint' gainprm='0' biasprm='0.2 -4 -0.1'"), "\"joint\": {\"target\": 3}", 0.2 / 5},
+        {GENERAL("joint='joint' gainprm='0' biasprm='0.2 -1 -0.1' gear='2'"), "", 0.4 / 5},
+        {GENERAL("joint='joint' gainprm='6' biasprm='-0.3 -4 -0.1' ctrlrange='-0.1 0.1'"), "\"joint\": {\"target\": 9}",
+         (0.6 - 0.3) / 5},
+        {GENERAL("joint='joint' gainprm='4' biasprm='-0.3 -4 0.7'"), "\"joint\": {\"target\": 0.5}", 2.0 / 5},
+        {GENERAL("joint='joint' biasprm='-0.3 0 -0.1'"), "", -0.3},
+        {GENERAL("joint='joint' biasprm='-0.3 0 -0.1'"), "\"joint\": {\"target\": 0.2}", -0.1},
+        {GENERAL("tendon='tendon' biasprm='-0.3 0 -2.5'"), "\"tendon\": {\"target\": 0.2}", -0.02},
+        {GENERAL("tendon='tendon' gainprm='0' biasprm='0.3 -100 -2.5'"), "", 0.06 / 5},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char more[512], keys[128];
+        snprintf(more, sizeof more, "<tendon><fixed name='tendon'><joint joint='joint' coef='0.2'/></fixed></tendon>%s",
+                 cases[k].drive);
+        snprintf(keys, sizeof keys, ", \"control\": {%s}", cases[k].control);
+        scene *s;
+        world *w = finger_of("axis='0 1 0' stiffness='1'", "0 0 0.1", more, keys, 1e-3, &s);
+        world_run_until(w, 4);
+        assert_close(w->hands[0].joints[0].position, cases[k].position, 1e-9);
+        hand_statics x;
+        assert_true(hand_statics_solve(s, 0.05, &x));
+        assert_close(x.joints[0].position, cases[k].position, 1e-9);
+        hand_statics_free(&x);
+        end(w, s);
+    }
+}
+
+/* Terms that no drive here has are said to be missing. */
+static void test_terms_that_drive_motion_on(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *drive, *told;
+    } cases[] = {
+        {GENERAL("joint='joint' biasprm='0 2 0'"),
+         "hand: length term of an actuator that pushes away from a place of the file"},
+        {GENERAL("joint='joint' biasprm='0 0 0.1'"),
+         "hand: speed term of an actuator that drives motion on of the file"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char told[256] = "";
+        scene *s;
+        world *w = finger_of("axis='0 1 0'", "0 0 0.1", cases[k].drive, "", 1e-3, &s);
+        world_hand_not_expressed(w, keep_text, told);
+        assert_string_equal(told, cases[k].told);
+        end(w, s);
+    }
+}
+
 int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_slide_on_a_palm_that_turns),  cmocka_unit_test(test_armature_when_the_palm_starts),
-        cmocka_unit_test(test_lengths_at_which_tendons_rest), cmocka_unit_test(test_bounds_of_the_forces_of_tendons),
-        cmocka_unit_test(test_several_drives_of_a_joint),     cmocka_unit_test(test_a_damper_beside_a_position),
+        cmocka_unit_test(test_a_slide_on_a_palm_that_turns),
+        cmocka_unit_test(test_armature_when_the_palm_starts),
+        cmocka_unit_test(test_lengths_at_which_tendons_rest),
+        cmocka_unit_test(test_bounds_of_the_forces_of_tendons),
+        cmocka_unit_test(test_several_drives_of_a_joint),
+        cmocka_unit_test(test_a_damper_beside_a_position),
         cmocka_unit_test(test_a_bound_of_several_drives),
+        cmocka_unit_test(test_constants_and_damping_of_torques),
+        cmocka_unit_test(test_where_constants_of_actuators_lead),
+        cmocka_unit_test(test_terms_that_drive_motion_on),
     };
     int failed = cmocka_run_group_tests_name("laws of joints, drives and tendons", tests, NULL, NULL);
     dCloseODE();

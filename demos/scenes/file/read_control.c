@@ -128,35 +128,38 @@ static double moved_mass(const hand *model, const scene_control *c)
     return mass;
 }
 
-/* Finds the positions or velocities at which the drive's force is 0 at either end of its range of control. */
+/* Finds the positions or velocities at which the drive's force is 0 at either end of its range of control. Where the
+ * gain is 0, no control moves the drive, and there is one such position. */
 static void bound_targets(const hand_drive *drive, scene_control *c)
 {
     if (c->type != SCENE_POSITION_CONTROL && c->type != SCENE_VELOCITY_CONTROL) return;
     double slope = -drive->bias[c->type == SCENE_POSITION_CONTROL ? 1 : 2] * drive->gear;
-    if (drive->gain == 0 || slope == 0) return; /* no control moves it */
-    double a = (drive->gain * drive->least_control + drive->bias[0]) / slope;
-    double b = (drive->gain * drive->most_control + drive->bias[0]) / slope;
+    if (slope == 0) return;
+    bool fixed = drive->gain == 0;
+    double a = ((fixed ? 0 : drive->gain * drive->least_control) + drive->bias[0]) / slope;
+    double b = ((fixed ? 0 : drive->gain * drive->most_control) + drive->bias[0]) / slope;
     c->least_target = fmin(a, b);
     c->most_target = fmax(a, b);
+}
+
+/* Of an actuator that pulls to no place, gain * control is the target, the torque; its constant and its damping act
+ * beside that. */
+static scene_control_type type_of(const hand_drive *drive)
+{
+    if (has_place(drive)) return SCENE_POSITION_CONTROL;
+    return drive->type == HAND_VELOCITY ? SCENE_VELOCITY_CONTROL : SCENE_TORQUE_CONTROL;
 }
 
 static void control_from_file(const hand *model, const hand_drive *drive, scene_control *c)
 {
     double square = drive->gear * drive->gear;
-    bool affine = drive->type == HAND_AFFINE;
+    c->type = type_of(drive);
     c->max_force = file_max_force(model, drive, c);
-    c->kp = square * (affine ? fmax(-drive->bias[1], 0) : drive->kp);
-    c->kd = square * (affine ? fmax(-drive->bias[2], 0) : drive->kd);
-    if (drive->type == HAND_POSITION || (affine && c->kp > 0)) {
-        c->type = SCENE_POSITION_CONTROL;
-        if (drive->damping_ratio > 0) c->kd = 2 * drive->damping_ratio * sqrt(c->kp * moved_mass(model, c));
-    } else if (drive->type == HAND_VELOCITY || (affine && c->kd > 0)) {
-        c->type = SCENE_VELOCITY_CONTROL;
-    } else {
-        c->type = SCENE_TORQUE_CONTROL;
-    }
-    if (c->type != SCENE_POSITION_CONTROL) c->kp = 0;
-    if (c->type == SCENE_TORQUE_CONTROL) c->kd = 0;
+    c->kp = c->type == SCENE_POSITION_CONTROL ? square * drive->kp : 0;
+    c->kd = square * drive->kd;
+    if (c->type == SCENE_POSITION_CONTROL && drive->damping_ratio > 0)
+        c->kd = 2 * drive->damping_ratio * sqrt(c->kp * moved_mass(model, c));
+    c->bias = c->type == SCENE_TORQUE_CONTROL ? drive->gear * drive->bias[0] : 0;
     bound_targets(drive, c);
 }
 
@@ -193,6 +196,24 @@ static bool read_target(const scene_node *rule, scene_control *c)
     return true;
 }
 
+/* Another type than before has none of its gains. The file's range of control and its constant come back with the type
+ * that the file has. */
+static void begin_anew(const hand *model, const hand_drive *drive, scene_control_type type, scene_control *c)
+{
+    scene_control of_file = {.joint = c->joint, .tendon = c->tendon};
+    if (drive) control_from_file(model, drive, &of_file);
+    bool known = of_file.type == type;
+    c->type = type;
+    c->kp = c->kd = 0;
+    c->bias = known ? of_file.bias : 0;
+    c->least_target = known ? of_file.least_target : -INFINITY;
+    c->most_target = known ? of_file.most_target : INFINITY;
+    c->max_force = file_max_force(model, drive, c);
+    free(c->target);
+    c->target = NULL;
+    c->target_count = 0;
+}
+
 /* A rule of the same type goes on with what less specific ones have said; one of another type begins anew. */
 static bool read_rule(const scene_node *rule, const hand *model, const hand_drive *drive, scene_control *c)
 {
@@ -201,16 +222,8 @@ static bool read_rule(const scene_node *rule, const hand *model, const hand_driv
     if (!scene_check_object(rule, "control", NULL) || !scene_read_name(rule, "type", control_names, 3, &number))
         return false;
     if (!type.value && c->type == SCENE_UNDRIVEN) return scene_refuse(&type, "position, torque or velocity");
-    if (number + SCENE_POSITION_CONTROL != (int)c->type) {
-        c->type = (scene_control_type)(number + SCENE_POSITION_CONTROL);
-        c->kp = c->kd = 0;
-        c->least_target = -INFINITY;
-        c->most_target = INFINITY;
-        c->max_force = file_max_force(model, drive, c);
-        free(c->target);
-        c->target = NULL;
-        c->target_count = 0;
-    }
+    if (number + SCENE_POSITION_CONTROL != (int)c->type)
+        begin_anew(model, drive, (scene_control_type)(number + SCENE_POSITION_CONTROL), c);
     return scene_read_number(rule, "kp", SCENE_NOT_NEGATIVE, "N m/rad or N/m", &c->kp) &&
            scene_read_number(rule, "kd", SCENE_NOT_NEGATIVE, "N m s/rad or N s/m", &c->kd) &&
            scene_read_number(rule, "max_force", SCENE_POSITIVE, "N m or N", &c->max_force) && read_target(rule, c);
@@ -230,8 +243,10 @@ static bool check_gains(const scene_node *rules, const char *key, const scene_co
 static bool complete_target(const scene_node *node, const scene_hand *h, scene_control *c)
 {
     if (c->type == SCENE_UNDRIVEN || c->target_count > 0) return true;
-    c->least_target = -INFINITY;
-    c->most_target = INFINITY;
+    if (c->least_target < c->most_target) { /* else no control moves it */
+        c->least_target = -INFINITY;
+        c->most_target = INFINITY;
+    }
     c->target = calloc(1, sizeof *c->target);
     if (!c->target) return scene_refuse_memory(node->reader);
     c->target_count = 1;

@@ -101,17 +101,35 @@ static double motor_speed(const scene_control *c, double error, double h)
     return c->type == SCENE_VELOCITY_CONTROL ? c->target->value : c->kp * error / (h * c->kp + c->kd);
 }
 
+bool world_control_is_servo(const scene_control *c)
+{
+    return c->type == SCENE_POSITION_CONTROL || c->type == SCENE_VELOCITY_CONTROL ||
+           (c->type == SCENE_TORQUE_CONTROL && c->kd > 0);
+}
+
+/* The force of a drive by torque, but for its damping. */
+static double torque_at(const scene_control *c, double target)
+{
+    return bounded(target + c->bias, c->max_force);
+}
+
+/* A servo's law for a target, where the coordinate is 0 at `zero`. A torque T with the damping kd is a drive by speed:
+ * T - kd q' = kd (T / kd - q'). */
+static void set_law(const scene_control *c, double target, double zero, pinch_servo *law)
+{
+    law->kp = c->kp;
+    law->kd = c->kd;
+    law->max_force = c->max_force;
+    if (c->type == SCENE_POSITION_CONTROL)
+        law->target = target - zero;
+    else
+        law->rate = c->type == SCENE_VELOCITY_CONTROL ? target : (target + c->bias) / c->kd;
+}
+
 static void drive_by_pinch(world *w, world_joint *j)
 {
-    const scene_control *c = j->control;
     pinch_servo law = pinch_default_servo();
-    law.kp = c->kp;
-    law.kd = c->kd;
-    law.max_force = c->max_force;
-    if (c->type == SCENE_POSITION_CONTROL)
-        law.target = j->target - j->zero;
-    else
-        law.rate = j->target;
+    set_law(j->control, j->target, j->zero, &law);
     world_keep_status(w, pinch_ode_set_servo(w->plugin, j->joint, 0, &law));
 }
 
@@ -123,11 +141,11 @@ static void drive_joint(world *w, world_joint *j, double t1)
     j->own_torque = 0;
     if (c->type == SCENE_UNDRIVEN) return;
     j->target = scene_target_at(c, t1);
-    if (c->type == SCENE_TORQUE_CONTROL) {
-        j->own_torque = bounded(j->target, c->max_force);
-        push(j, j->own_torque);
-    } else if (w->plugin) {
+    if (w->plugin && world_control_is_servo(c)) {
         drive_by_pinch(w, j);
+    } else if (c->type == SCENE_TORQUE_CONTROL) {
+        j->own_torque = torque_at(c, j->target);
+        push(j, j->own_torque);
     } else if (c->type == SCENE_VELOCITY_CONTROL) {
         set_motor(j, j->target, c->max_force);
     } else {
@@ -148,6 +166,12 @@ static void hold_by_friction(const world *w, const world_joint *j)
     set(j->joint, dParamFMax, stopped ? 0 : j->of->friction);
 }
 
+/* A drive by torque leaves its damping to the joint's own damper, outside of its bound. */
+double world_ode_damping(const world_joint *j)
+{
+    return j->of->damping + (j->control->type == SCENE_TORQUE_CONTROL ? j->control->kd : 0);
+}
+
 /* The armature is a damper about the rate that the joint had at the end of the last step, whose base moved as it did
  * then: a base that is accelerated does not push it. ODE's motors are springs and dampers of this step. */
 static void set_passive(world *w, const world_joint *j)
@@ -163,7 +187,8 @@ static void set_passive(world *w, const world_joint *j)
     }
     if (j->of->friction > 0) hold_by_friction(w, j);
     if (!j->motor) return;
-    double gain = h * k + d, speed = k * (j->of->spring_reference - j->zero - ode_position(j)) / gain;
+    double gain = h * k + world_ode_damping(j),
+           speed = k * (j->of->spring_reference - j->zero - ode_position(j)) / gain;
     void (*set)(dJointID, int, dReal) = j->of->type == HAND_HINGE ? dJointSetAMotorParam : dJointSetLMotorParam;
     set(j->motor, dParamVel, speed);
     set(j->motor, dParamCFM, 1 / gain);
@@ -182,8 +207,7 @@ static void drive_tie_by_pinch(world *w, const world_hand *h, world_tie *t, doub
     const scene_control *c = t->control;
     const hand_tendon *tendon = t->tendon >= 0 ? &h->hand->model->tendons[t->tendon] : NULL;
     double x = tie_position(h, t);
-    if (c && c->type == SCENE_POSITION_CONTROL) t->law.target = scene_target_at(c, t1) - t->offset;
-    if (c && c->type == SCENE_VELOCITY_CONTROL) t->law.rate = scene_target_at(c, t1);
+    if (c) set_law(c, scene_target_at(c, t1), t->offset, &t->law);
     if (t->is_friction) t->law.target = x - t->offset;
     if (t->dissipates && !t->is_friction) { /* within its rest the spring does nothing */
         t->law.target = fmin(fmax(x, tendon->rest[0]), tendon->rest[1]) - t->offset;
@@ -212,8 +236,9 @@ static void drive_tie_by_ode(const world *w, const world_hand *h, const world_ti
 static void drive_tie(world *w, const world_hand *h, world_tie *t, double t1)
 {
     const scene_control *c = t->control;
-    if (c && c->type == SCENE_TORQUE_CONTROL) {
-        t->force = bounded(scene_target_at(c, t1), c->max_force);
+    bool known = c && c->type == SCENE_TORQUE_CONTROL && !(w->plugin && world_control_is_servo(c));
+    if (known) {
+        t->force = torque_at(c, scene_target_at(c, t1));
         for (int i = 0; i < t->terms; i++) push(&h->joints[t->joint[i]], t->factor[i] * t->force);
     } else if (w->plugin) {
         drive_tie_by_pinch(w, h, t, t1);

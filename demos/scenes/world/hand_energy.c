@@ -76,7 +76,7 @@ static void add_joint(world *w, const world_joint *j, double h)
     const dJointFeedback *f = &j->feedback;
     double rate = world_joint_rate(j), outer = h * power(f->f1, f->t1, j->body),
            inner = h * power(f->f2, f->t2, j->parent);
-    bool servo = j->control->type == SCENE_POSITION_CONTROL || j->control->type == SCENE_VELOCITY_CONTROL;
+    bool servo = w->plugin && world_control_is_servo(j->control);
     double motor = h * j->own_torque * rate, rest = outer + inner - (servo ? motor : 0);
     ledger_add(l, &l->work_drives, motor);
     if (!servo) ledger_add(l, &l->work_drives, -h * j->own_torque * base_rate(j));

@@ -37,7 +37,7 @@ static world_status add_damper(world *w, world_joint *j)
 static void add_ode_damper(world *w, world_joint *j)
 {
     bool hinge = j->of->type == HAND_HINGE;
-    if (!(j->of->stiffness > 0 || j->of->damping > 0)) return;
+    if (!(j->of->stiffness > 0 || world_ode_damping(j) > 0)) return;
     j->motor = hinge ? dJointCreateAMotor(w->ode, NULL) : dJointCreateLMotor(w->ode, NULL);
     dJointAttach(j->motor, j->body, j->parent);
     dVector3 axis;
@@ -107,14 +107,14 @@ static world_tie *new_tendon(world_hand *h, size_t index)
     return t;
 }
 
-/* What drives by torque needs no row. */
+/* What drives by torque needs no row but for its damping. */
 static world_status add_drive(world *w, const world_hand *h, world_tie *t, const scene_control *control)
 {
     t->control = control;
     t->law.kp = control->kp;
     t->law.kd = control->kd;
     t->law.max_force = control->max_force;
-    return control->type == SCENE_TORQUE_CONTROL ? WORLD_OK : make_tie(w, h, t);
+    return world_control_is_servo(control) ? make_tie(w, h, t) : WORLD_OK;
 }
 
 /* The forces of several drives add up, each within its own bound. */
@@ -160,12 +160,10 @@ world_status world_add_hand_rows(world *w, world_hand *h)
     if (!h->ties) return WORLD_NO_MEMORY;
     for (int i = 0; i < h->joint_count && status == WORLD_OK; i++) {
         world_joint *j = &h->joints[i];
-        if (is_passive(j->of)) {
-            if (w->plugin)
-                status = add_damper(w, j);
-            else
-                add_ode_damper(w, j);
-        }
+        if (!w->plugin)
+            add_ode_damper(w, j);
+        else if (is_passive(j->of))
+            status = add_damper(w, j);
         add_friction(j);
     }
     for (size_t i = 0; i < model->coupling_count && status == WORLD_OK; i++)
@@ -183,6 +181,16 @@ static void report_part(const world *w, const world_hand *h, const char *name, c
     snprintf(text, sizeof text, "%s: %s", whole ? whole : name, what);
     free(whole);
     report(context, text);
+}
+
+/* Of a joint's own drive by torque, the joint's damper has the damping. */
+static void report_damping_by_torque(const world *w, const world_hand *h,
+                                     void (*report)(void *context, const char *text), void *context)
+{
+    const scene_hand *of = h->hand;
+    for (size_t i = of->model->joint_count; i < of->control_count; i++)
+        if (of->controls[i].type == SCENE_TORQUE_CONTROL && of->controls[i].kd > 0)
+            report_part(w, h, of->controls[i].name, "damping of a drive by torque", report, context);
 }
 
 /* MuJoCo bounds what all drives of a joint or tendon do together; here each has the bound for itself. */
@@ -223,6 +231,7 @@ void world_hand_not_expressed(const world *w, void (*report)(void *context, cons
             report(context, text);
         }
         report_drives(w, &w->hands[k], report, context);
+        if (ode) report_damping_by_torque(w, &w->hands[k], report, context);
         int bounded = 0;
         for (size_t i = 0; i < model->joint_count; i++) bounded += isfinite(model->joints[i].velocity);
         if (bounded > 0) {

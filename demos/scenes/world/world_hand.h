@@ -86,6 +86,10 @@ void world_hand_not_expressed(const world *w, void (*report)(void *context, cons
 /* hand_rows.c: springs, dampers, friction, mimics and tendons of a hand that has its joints. */
 world_status world_add_hand_rows(world *w, world_hand *hand);
 
+/* hand_drive.c: is the control a servo, a row of Pinch's? Else its force is known without one. */
+bool world_control_is_servo(const scene_control *control);
+/* hand_drive.c: what damps a joint where ODE solves it, N m s/rad or N s/m. */
+double world_ode_damping(const world_joint *joint);
 /* hand_drive.c: the bases at the start of a step that ends at t1, the drives of the step; the bases at its end. */
 void world_move_hand_bases(world *w, double t0, double t1);
 void world_drive_hands(world *w, double t1);
