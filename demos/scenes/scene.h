@@ -223,7 +223,8 @@ typedef struct scene_control {
     scene_control_type type;
     double kp, kd;                    /* >= 0; kp > 0 where a position and kd > 0 where a velocity is controlled */
     double bias;                      /* N m or N: the constant of the file's actuator; 0 unless by torque */
-    double max_force;                 /* > 0; default what the file allows, else INFINITY */
+    double max_force;                 /* > 0; default the larger side of what the file allows, else INFINITY */
+    double least_force, most_force;   /* what the file allows; -max_force and max_force where the scene says that */
     double least_target, most_target; /* the file's range of control, for targets that the scene gives */
     size_t target_count;
     scene_target *target; /* piecewise linear; default, at time 0: the joint's start, or 0 where no position */
@@ -413,6 +414,8 @@ void scene_path_at(const scene_drive *drive, double t, double translation[3], do
 double scene_target_at(const scene_control *control, double t);
 /* The file's name of a control: "position", "torque", "velocity". */
 const char *scene_control_name(scene_control_type type);
+/* Half way between the bounds of its force: 0 where these are the same both ways. */
+double scene_control_middle(const scene_control *control);
 
 /* Where the frame of a hand is at time t: the start, moved by the path drive (turned about its own origin) and then by
  * the schedule's hand. */

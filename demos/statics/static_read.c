@@ -179,6 +179,8 @@ static bool set_bounds(static_row *b, double most, bool rigid)
 static bool set_control(static_row *b, const scene_control *c, double target)
 {
     if (!set_bounds(b, c->max_force, false)) return false;
+    b->low = c->least_force;
+    b->high = c->most_force;
     if (c->type == SCENE_TORQUE_CONTROL)
         b->constant = target + c->bias;
     else
@@ -225,7 +227,9 @@ static bool read_tie(static_system *s, int k, int index)
         x += t->factor[i] * h->joints[t->joint[i]].position;
         b->a[s->first_joint[k] + t->joint[i]] += t->factor[i];
     }
+    double middle = t->control ? scene_control_middle(t->control) : 0;
     b->missing = t->law.target + t->offset - x;
+    if (middle != 0 && t->law.kp > 0) b->missing += middle / t->law.kp; /* which the law's target is without */
     if (t->control) return set_control(b, t->control, scene_target_at(t->control, s->w->time));
     b->stiffness = t->law.kp;
     return set_bounds(b, t->law.max_force, isinf(t->law.kp));

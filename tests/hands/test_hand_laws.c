@@ -168,7 +168,7 @@ static void test_bounds_of_the_forces_of_tendons(void **state)
         {"", "motor", 0.4},
         {"actuatorfrcrange='-0.01 0.01'", "motor", 0.01},
         {"actuatorfrcrange='-0.01 0.01'", "position kp='1000'", 0.01},
-        {"actuatorfrcrange='-0.02 0.01'", "motor", 0.02}, /* the larger side */
+        {"actuatorfrcrange='-0.02 0.01'", "motor", 0.01},
         {"actuatorfrcrange='-0.01 0.01' actuatorfrclimited='false'", "motor", 0.4},
         {"actuatorfrcrange='-0.01 0.01'", "motor forcerange='-0.005 0.005'", 0.005},
         {"actuatorfrcrange='-0.01 0.01'", "motor forcerange='-0.05 0.05'", 0.01},
@@ -270,6 +270,12 @@ static void test_a_damper_beside_a_position(void **state)
 static void keep_text(void *context, const char *text)
 {
     snprintf(context, 256, "%s", text);
+}
+
+static void add_text(void *context, const char *text)
+{
+    size_t length = strlen(context);
+    snprintf((char *)context + length, 2048 - length, "%s\n", text);
 }
 
 /* What bounds all drives of a joint together bounds each of them; where that differs, it is said. */
@@ -383,6 +389,141 @@ static void test_where_constants_of_actuators_lead(void **state)
     }
 }
 
+#define DRIVE(keys) "<actuator><" keys " name='drive'/></actuator>"
+
+/* The range of control holds what a scene asks of a motor, and a range of forces bounds what any drive exerts, on the
+ * side that it is asked for: with a constant torque the finger goes at torque * t / I. */
+static void test_ranges_that_are_not_the_same_both_ways(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *drive;
+        double target, torque;
+    } cases[] = {
+        {DRIVE("motor joint='joint' ctrlrange='0 1'"), -0.5, 0},
+        {DRIVE("motor joint='joint' ctrlrange='0 1'"), 5, 1},
+        {DRIVE("motor joint='joint' ctrlrange='0.1 1'"), 0, 0.1},
+        {DRIVE("motor joint='joint' gear='-3' ctrlrange='0 1'"), 2, 0},
+        {DRIVE("motor joint='joint' gear='-3' ctrlrange='0 1'"), -2, -2},
+        {DRIVE("motor joint='joint' gear='2' ctrlrange='-1 1'"), -9, -2},
+        {DRIVE("motor tendon='tendon' ctrlrange='0 5'"), -2, 0},
+        {DRIVE("motor tendon='tendon' ctrlrange='0 5'"), 2, 0.4},
+        {DRIVE("general joint='joint' gainprm='0'"), 2, 0},
+        {DRIVE("motor joint='joint' forcerange='-0.2 1'"), -0.5, -0.2},
+        {DRIVE("motor joint='joint' forcerange='-0.2 1'"), 0.5, 0.5},
+        {DRIVE("motor joint='joint' gear='-2' forcerange='-0.2 1'"), 0.9, 0.4},
+        {DRIVE("motor joint='joint' forcerange='0.3 0.4'"), -1, 0.3},
+        {DRIVE("position joint='joint' kp='5' kv='0.01' forcerange='-0.2 1'"), -9, -0.2},
+        {DRIVE("position joint='joint' kp='5' kv='0.01' forcerange='-0.2 1'"), 9, 1},
+        {DRIVE("position tendon='tendon' kp='5' forcerange='5 6'"), 9, 0.8}, /* the tendon lets it have 4 N alone */
+        {DRIVE("position tendon='tendon' kp='5' forcerange='-1 0.2'"), 9, 0.04},
+        {DRIVE("velocity joint='joint' kv='5' forcerange='-0.2 1'"), -99, -0.2},
+        {DRIVE("velocity tendon='tendon' kv='5' forcerange='-0.2 1'"), -99, -0.04},
+        {DRIVE("general joint='joint' biastype='affine' biasprm='0 0 -0.001' forcerange='-0.2 1'"), -0.5, -0.2},
+        {DRIVE("general joint='joint' biastype='affine' biasprm='-1 0 -0.001' forcerange='-1 0.2'"), 9, 0.2},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char more[384], keys[128];
+        snprintf(more, sizeof more,
+                 "<tendon><fixed name='tendon' actuatorfrcrange='-10 4'><joint joint='joint' "
+                 "coef='0.2'/></fixed></tendon>%s",
+                 cases[k].drive);
+        snprintf(keys, sizeof keys, ", \"control\": {\"drive\": {\"target\": %g}}", cases[k].target);
+        scene *s;
+        world *w = finger_of("axis='0 1 0'", "0 0 0.1", more, keys, 1e-3, &s);
+        world_run_until(w, 0.01);
+        assert_close(w->hands[0].joints[0].torque, cases[k].torque, 1e-12);
+        assert_close(w->hands[0].joints[0].velocity, cases[k].torque / 1e-3 * 0.01, 1e-9);
+        if (strstr(cases[k].drive, "forcerange"))
+            assert_int_equal(w->hands[0].joints[0].saturated, cases[k].torque != cases[k].target);
+        world_hand_not_expressed(w, must_not_be_called, NULL);
+        end(w, s);
+    }
+}
+
+/* ODE's own solvers have the damping of a drive by torque as a joint's damper, without a bound. What they lack is said.
+ */
+static void test_drives_by_torque_and_bounds_under_ode(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *drive, *told; /* NULL: moves as under Pinch */
+    } cases[] = {
+        {GENERAL("joint='joint' biasprm='-0.3 0 -0.1'"), NULL},
+        {GENERAL("joint='joint' biasprm='-0.3 0 -0.1' forcerange='-1 1'"),
+         "joint: a drive by torque, whose bound does not count its damping"},
+        {GENERAL("tendon='tendon' biasprm='-0.3 0 -0.1'"), "tendon: damping of a drive by torque"},
+        {DRIVE("position joint='joint' kp='1' forcerange='-0.2 1'"),
+         "joint: a bound that is not the same both ways (its larger side)"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char more[384], told[2048] = "";
+        snprintf(more, sizeof more, "<tendon><fixed name='tendon'><joint joint='joint' coef='0.2'/></fixed></tendon>%s",
+                 cases[k].drive);
+        scene *s;
+        world *w = finger_of("axis='0 1 0'", "0 0 0.1", more, "", 1e-3, &s), *by_ode;
+        world_settings settings = world_default_settings(s);
+        char error[256];
+        settings.contact_solver = WORLD_WORLDSTEP;
+        assert_int_equal(world_create(s, &settings, &by_ode, error), WORLD_OK);
+        world_run_until(w, 0.02);
+        world_run_until(by_ode, 0.02);
+        world_hand_not_expressed(by_ode, add_text, told);
+        if (cases[k].told) {
+            assert_non_null(strstr(told, cases[k].told));
+        } else {
+            assert_null(strstr(told, "joint: "));
+            assert_close(by_ode->hands[0].joints[0].velocity, w->hands[0].joints[0].velocity, 1e-6);
+            assert_close(by_ode->hands[0].joints[0].torque, w->hands[0].joints[0].torque, 1e-6);
+        }
+        world_free(by_ode);
+        end(w, s);
+    }
+}
+
+/* Within such a range a servo moves the joint as one without a bound does, also on a palm that turns; at either end of
+ * it, a spring bears it in the statics as in the run. */
+static void test_servos_within_such_a_range(void **state)
+{
+    (void)state;
+    static const char *const ranges[] = {"", "forcerange='-0.2 1'"};
+    double position[2], torque[2];
+    for (int k = 0; k < 2; k++) {
+        char more[256];
+        snprintf(more, sizeof more, "<actuator><position joint='joint' kp='1' kv='0.03' %s/></actuator>", ranges[k]);
+        scene *s;
+        world *w = finger_of("axis='0 1 0'", "0 0 0.1", more,
+                             ", \"control\": {\"joint\": {\"target\": 0.2}}, \"base\": {\"drive\": {\"type\": \"path\","
+                             " \"points\": [{\"time\": 0}, {\"time\": 1, \"rotation\": [0, 0.3, 0]}]}}",
+                             1e-3, &s);
+        world_run_until(w, 0.05);
+        position[k] = w->hands[0].joints[0].position;
+        torque[k] = w->hands[0].joints[0].torque;
+        end(w, s);
+    }
+    assert_close(position[1], position[0], 1e-12);
+    assert_close(torque[1], torque[0], 1e-11);
+    for (int k = 0; k < 4; k++) {
+        char more[384], keys[128];
+        bool tendon = k > 1;
+        double target = k % 2 ? 9 : -9, force = k % 2 ? 1 : -0.2;
+        snprintf(more, sizeof more,
+                 "<tendon><fixed name='tendon'><joint joint='joint' coef='0.2'/></fixed></tendon><actuator>"
+                 "<position name='drive' %s kp='5' forcerange='-0.2 1'/></actuator>",
+                 tendon ? "tendon='tendon'" : "joint='joint'");
+        snprintf(keys, sizeof keys, ", \"control\": {\"drive\": {\"target\": %g}}", target);
+        scene *s;
+        world *w = finger_of("axis='0 1 0' stiffness='1' damping='0.05'", "0 0 0.1", more, keys, 1e-3, &s);
+        world_run_until(w, 3);
+        assert_close(w->hands[0].joints[0].position, (tendon ? 0.2 : 1) * force, 1e-9);
+        hand_statics x;
+        assert_true(hand_statics_solve(s, 0.05, &x));
+        assert_close(x.joints[0].position, (tendon ? 0.2 : 1) * force, 1e-9);
+        hand_statics_free(&x);
+        end(w, s);
+    }
+}
+
 /* Terms that no drive here has are said to be missing. */
 static void test_terms_that_drive_motion_on(void **state)
 {
@@ -419,6 +560,9 @@ int main(void)
         cmocka_unit_test(test_constants_and_damping_of_torques),
         cmocka_unit_test(test_where_constants_of_actuators_lead),
         cmocka_unit_test(test_terms_that_drive_motion_on),
+        cmocka_unit_test(test_ranges_that_are_not_the_same_both_ways),
+        cmocka_unit_test(test_servos_within_such_a_range),
+        cmocka_unit_test(test_drives_by_torque_and_bounds_under_ode),
     };
     int failed = cmocka_run_group_tests_name("laws of joints, drives and tendons", tests, NULL, NULL);
     dCloseODE();

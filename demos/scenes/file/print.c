@@ -174,7 +174,8 @@ static json_t *control_json(const scene_control *c, bool *good)
     put(o, good, "type", json_string(scene_control_name(c->type)));
     if (c->type == SCENE_POSITION_CONTROL) put_number(o, good, "kp", c->kp);
     if (c->type != SCENE_TORQUE_CONTROL || c->kd > 0) put_number(o, good, "kd", c->kd);
-    if (isfinite(c->max_force)) put_number(o, good, "max_force", c->max_force);
+    bool of_file = c->least_force != -c->most_force; /* the file's range, which no max_force is */
+    if (isfinite(c->max_force) && !of_file) put_number(o, good, "max_force", c->max_force);
     for (size_t i = 0; i < c->target_count; i++)
         if (json_array_append_new(target, json_numbers((double[]){c->target[i].time, c->target[i].value}, 2)))
             *good = false;

@@ -117,6 +117,38 @@ static double file_max_force(const hand *model, const hand_drive *drive, const s
     return most > 0 ? most : INFINITY;
 }
 
+static double within(double value, double least, double most)
+{
+    return fmin(fmax(value, least), most);
+}
+
+/* Turns a range of what goes through a gear into that behind it. A gear of 0 leaves it open. */
+static void range_behind(double gear, double least, double most, double range[2])
+{
+    range[0] = gear == 0 ? -INFINITY : fmin(gear * least, gear * most) + 0.0; /* not -0 */
+    range[1] = gear == 0 ? INFINITY : fmax(gear * least, gear * most) + 0.0;
+}
+
+/* Sets the bounds of the force to what the file allows: the actuator's range first, then that of its joint or tendon.
+ */
+static void bound_by_file(const hand *model, const hand_drive *drive, scene_control *c)
+{
+    double range[2] = {-INFINITY, INFINITY};
+    const hand_joint *joint = c->joint >= 0 ? &model->joints[c->joint] : NULL;
+    const hand_tendon *tendon = joint ? NULL : &model->tendons[c->tendon];
+    double least = joint ? joint->least_effort : tendon->least_effort;
+    double most = joint ? joint->effort : tendon->effort;
+    if (drive) range_behind(drive->gear, drive->least_force, drive->most_force, range);
+    c->max_force = file_max_force(model, drive, c);
+    c->least_force = within(within(range[0], least, most), -c->max_force, c->max_force);
+    c->most_force = within(within(range[1], least, most), -c->max_force, c->max_force);
+}
+
+double scene_control_middle(const scene_control *c)
+{
+    return c->least_force == -c->most_force ? 0 : 0.5 * (c->least_force + c->most_force);
+}
+
 /* What a drive moves when it moves its joint or tendon by one unit: MuJoCo's rule for a damping ratio. */
 static double moved_mass(const hand *model, const scene_control *c)
 {
@@ -128,11 +160,18 @@ static double moved_mass(const hand *model, const scene_control *c)
     return mass;
 }
 
-/* Finds the positions or velocities at which the drive's force is 0 at either end of its range of control. Where the
- * gain is 0, no control moves the drive, and there is one such position. */
+/* Finds the torques that the ends of the range of control give, or the positions or velocities at which the drive's
+ * force is 0 there. Where the gain is 0, no control moves the drive, and these are one. */
 static void bound_targets(const hand_drive *drive, scene_control *c)
 {
-    if (c->type != SCENE_POSITION_CONTROL && c->type != SCENE_VELOCITY_CONTROL) return;
+    double range[2];
+    if (c->type == SCENE_TORQUE_CONTROL) {
+        bool fixed = drive->gear * drive->gain == 0;
+        range_behind(drive->gear * drive->gain, drive->least_control, drive->most_control, range);
+        c->least_target = fixed ? 0 : range[0];
+        c->most_target = fixed ? 0 : range[1];
+        return;
+    }
     double slope = -drive->bias[c->type == SCENE_POSITION_CONTROL ? 1 : 2] * drive->gear;
     if (slope == 0) return;
     bool fixed = drive->gain == 0;
@@ -154,7 +193,7 @@ static void control_from_file(const hand *model, const hand_drive *drive, scene_
 {
     double square = drive->gear * drive->gear;
     c->type = type_of(drive);
-    c->max_force = file_max_force(model, drive, c);
+    bound_by_file(model, drive, c);
     c->kp = c->type == SCENE_POSITION_CONTROL ? square * drive->kp : 0;
     c->kd = square * drive->kd;
     if (c->type == SCENE_POSITION_CONTROL && drive->damping_ratio > 0)
@@ -196,6 +235,16 @@ static bool read_target(const scene_node *rule, scene_control *c)
     return true;
 }
 
+/* What the scene says counts in place of the file's range. */
+static bool read_max_force(const scene_node *rule, scene_control *c)
+{
+    if (!scene_member(rule, "max_force").value) return true;
+    if (!scene_read_number(rule, "max_force", SCENE_POSITIVE, "N m or N", &c->max_force)) return false;
+    c->least_force = -c->max_force;
+    c->most_force = c->max_force;
+    return true;
+}
+
 /* Another type than before has none of its gains. The file's range of control and its constant come back with the type
  * that the file has. */
 static void begin_anew(const hand *model, const hand_drive *drive, scene_control_type type, scene_control *c)
@@ -208,7 +257,7 @@ static void begin_anew(const hand *model, const hand_drive *drive, scene_control
     c->bias = known ? of_file.bias : 0;
     c->least_target = known ? of_file.least_target : -INFINITY;
     c->most_target = known ? of_file.most_target : INFINITY;
-    c->max_force = file_max_force(model, drive, c);
+    bound_by_file(model, drive, c);
     free(c->target);
     c->target = NULL;
     c->target_count = 0;
@@ -225,8 +274,8 @@ static bool read_rule(const scene_node *rule, const hand *model, const hand_driv
     if (number + SCENE_POSITION_CONTROL != (int)c->type)
         begin_anew(model, drive, (scene_control_type)(number + SCENE_POSITION_CONTROL), c);
     return scene_read_number(rule, "kp", SCENE_NOT_NEGATIVE, "N m/rad or N/m", &c->kp) &&
-           scene_read_number(rule, "kd", SCENE_NOT_NEGATIVE, "N m s/rad or N s/m", &c->kd) &&
-           scene_read_number(rule, "max_force", SCENE_POSITIVE, "N m or N", &c->max_force) && read_target(rule, c);
+           scene_read_number(rule, "kd", SCENE_NOT_NEGATIVE, "N m s/rad or N s/m", &c->kd) && read_max_force(rule, c) &&
+           read_target(rule, c);
 }
 
 static bool check_gains(const scene_node *rules, const char *key, const scene_control *c)
@@ -239,11 +288,12 @@ static bool check_gains(const scene_node *rules, const char *key, const scene_co
     return true;
 }
 
-/* Without a target a position stays where it starts, and nothing else acts. */
+/* Without a target a position stays where it starts, unless no control moves it, and the control of other drives is 0,
+ * or what is nearest to it in their range. */
 static bool complete_target(const scene_node *node, const scene_hand *h, scene_control *c)
 {
     if (c->type == SCENE_UNDRIVEN || c->target_count > 0) return true;
-    if (c->least_target < c->most_target) { /* else no control moves it */
+    if (c->type == SCENE_POSITION_CONTROL && c->least_target < c->most_target) {
         c->least_target = -INFINITY;
         c->most_target = INFINITY;
     }
@@ -278,6 +328,8 @@ bool scene_read_controls(const scene_node *node, scene_hand *h)
                              .tendon = is_joint ? -1 : (int)(place - model->joint_count),
                              .name = name_of(model, i),
                              .max_force = INFINITY,
+                             .least_force = -INFINITY,
+                             .most_force = INFINITY,
                              .least_target = -INFINITY,
                              .most_target = INFINITY};
         if (drive) control_from_file(model, drive, c);
@@ -300,7 +352,7 @@ double scene_target_at(const scene_control *c, double t)
     double value = now->value;
     if (i + 1 < c->target_count && t > now->time)
         value += (t - now->time) / (now[1].time - now->time) * (now[1].value - now->value);
-    return fmin(fmax(value, c->least_target), c->most_target);
+    return within(value, c->least_target, c->most_target);
 }
 
 /* ---- The contacts of the links. ---- */

@@ -72,11 +72,11 @@ json_t *world_tie_documents(const world *w)
             double x = 0;
             for (int j = 0; j < t->terms; j++) x += t->factor[j] * w->hands[k].joints[t->joint[j]].position;
             char *name = world_name_of_hand(w, &w->hands[k], name_of_tie(&w->hands[k], t));
-            (void)json_array_append_new(list, json_pack("{s:s?, s:s, s:o, s:o, s:o, s:b}", "name", name, "type",
-                                                        type_of_tie(t), "position", json_number(x), "target",
-                                                        json_number(place_of(w, t)), "force",
-                                                        json_number(w->plugin ? t->force : NAN), "saturated",
-                                                        t->control && fabs(t->force) >= t->control->max_force));
+            (void)json_array_append_new(
+                list, json_pack("{s:s?, s:s, s:o, s:o, s:o, s:b}", "name", name, "type", type_of_tie(t), "position",
+                                json_number(x), "target", json_number(place_of(w, t)), "force",
+                                json_number(w->plugin ? t->force : NAN), "saturated",
+                                t->control && world_control_is_saturated(t->control, t->force)));
             free(name);
         }
     }

@@ -75,11 +75,6 @@ static double ode_position(const world_joint *j)
     return j->of->type == HAND_HINGE ? dJointGetHingeAngle(j->joint) : dJointGetSliderPosition(j->joint);
 }
 
-static double bounded(double value, double most)
-{
-    return fmin(fmax(value, -most), most);
-}
-
 static void push(const world_joint *j, double force)
 {
     if (j->of->type == HAND_HINGE)
@@ -103,33 +98,49 @@ static double motor_speed(const scene_control *c, double error, double h)
 
 bool world_control_is_servo(const scene_control *c)
 {
+    if (!(c->most_force > scene_control_middle(c))) return false; /* one force alone is allowed */
+    if (!(c->kp > 0 || c->kd > 0)) return false;
     return c->type == SCENE_POSITION_CONTROL || c->type == SCENE_VELOCITY_CONTROL ||
            (c->type == SCENE_TORQUE_CONTROL && c->kd > 0);
 }
 
-/* The force of a drive by torque, but for its damping. */
-static double torque_at(const scene_control *c, double target)
+/* A bound that is not the same both ways is reached in two parts, whose sum is rounded. */
+bool world_control_is_saturated(const scene_control *c, double force)
 {
-    return bounded(target + c->bias, c->max_force);
+    double rounding = c->least_force == -c->most_force ? 0 : 1e-12 * c->max_force;
+    return force >= c->most_force - rounding || force <= c->least_force + rounding;
 }
 
-/* A servo's law for a target, where the coordinate is 0 at `zero`. A torque T with the damping kd is a drive by speed:
- * T - kd q' = kd (T / kd - q'). */
-static void set_law(const scene_control *c, double target, double zero, pinch_servo *law)
+/* The force of a drive that is no servo: a torque but for its damping, or what its bounds leave of a law without gains
+ * or of any law where they allow one force alone. */
+static double torque_at(const scene_control *c, double target)
 {
+    double asked = c->type == SCENE_TORQUE_CONTROL ? target + c->bias : 0;
+    return fmin(fmax(asked, c->least_force), c->most_force);
+}
+
+/* Sets a servo's law for a target, where the coordinate is 0 at `zero`, and returns the force that acts beside it. A
+ * torque T with the damping kd is a drive by speed: T - kd q' = kd (T / kd - q'). A servo's bound is the same both
+ * ways: where that of the control is not, the middle of it acts beside the servo, whose law has as much less. */
+static double set_law(const scene_control *c, double target, double zero, pinch_servo *law)
+{
+    double middle = scene_control_middle(c), torque = c->bias - middle;
     law->kp = c->kp;
     law->kd = c->kd;
-    law->max_force = c->max_force;
+    law->max_force = c->most_force - middle;
     if (c->type == SCENE_POSITION_CONTROL)
-        law->target = target - zero;
+        law->target = target - zero - (middle == 0 ? 0 : middle / c->kp);
     else
-        law->rate = c->type == SCENE_VELOCITY_CONTROL ? target : (target + c->bias) / c->kd;
+        law->rate =
+            c->type == SCENE_VELOCITY_CONTROL ? target - (middle == 0 ? 0 : middle / c->kd) : (target + torque) / c->kd;
+    return middle;
 }
 
 static void drive_by_pinch(world *w, world_joint *j)
 {
     pinch_servo law = pinch_default_servo();
-    set_law(j->control, j->target, j->zero, &law);
+    j->pushed = set_law(j->control, j->target, j->zero, &law);
+    if (j->pushed != 0) push(j, j->pushed);
     world_keep_status(w, pinch_ode_set_servo(w->plugin, j->joint, 0, &law));
 }
 
@@ -138,14 +149,14 @@ static void drive_joint(world *w, world_joint *j, double t1)
     const scene_control *c = j->control;
     double h = w->scene->step;
     j->start_position = j->position;
-    j->own_torque = 0;
+    j->own_torque = j->pushed = 0;
     if (c->type == SCENE_UNDRIVEN) return;
     j->target = scene_target_at(c, t1);
     if (w->plugin && world_control_is_servo(c)) {
         drive_by_pinch(w, j);
-    } else if (c->type == SCENE_TORQUE_CONTROL) {
-        j->own_torque = torque_at(c, j->target);
-        push(j, j->own_torque);
+    } else if (w->plugin || c->type == SCENE_TORQUE_CONTROL) {
+        j->own_torque = j->pushed = torque_at(c, j->target);
+        push(j, j->pushed);
     } else if (c->type == SCENE_VELOCITY_CONTROL) {
         set_motor(j, j->target, c->max_force);
     } else {
@@ -201,13 +212,19 @@ static double tie_position(const world_hand *h, const world_tie *t)
     return x;
 }
 
+static void push_tie(const world_hand *h, const world_tie *t)
+{
+    for (int i = 0; i < t->terms; i++) push(&h->joints[t->joint[i]], t->factor[i] * t->pushed);
+}
+
 /* Pinch ties by rows. */
 static void drive_tie_by_pinch(world *w, const world_hand *h, world_tie *t, double t1)
 {
     const scene_control *c = t->control;
     const hand_tendon *tendon = t->tendon >= 0 ? &h->hand->model->tendons[t->tendon] : NULL;
     double x = tie_position(h, t);
-    if (c) set_law(c, scene_target_at(c, t1), t->offset, &t->law);
+    if (c) t->pushed = set_law(c, scene_target_at(c, t1), t->offset, &t->law);
+    if (t->pushed != 0) push_tie(h, t);
     if (t->is_friction) t->law.target = x - t->offset;
     if (t->dissipates && !t->is_friction) { /* within its rest the spring does nothing */
         t->law.target = fmin(fmax(x, tendon->rest[0]), tendon->rest[1]) - t->offset;
@@ -236,10 +253,10 @@ static void drive_tie_by_ode(const world *w, const world_hand *h, const world_ti
 static void drive_tie(world *w, const world_hand *h, world_tie *t, double t1)
 {
     const scene_control *c = t->control;
-    bool known = c && c->type == SCENE_TORQUE_CONTROL && !(w->plugin && world_control_is_servo(c));
+    bool known = c && (w->plugin ? !world_control_is_servo(c) : c->type == SCENE_TORQUE_CONTROL);
     if (known) {
-        t->force = torque_at(c, scene_target_at(c, t1));
-        for (int i = 0; i < t->terms; i++) push(&h->joints[t->joint[i]], t->factor[i] * t->force);
+        t->force = t->pushed = torque_at(c, scene_target_at(c, t1));
+        push_tie(h, t);
     } else if (w->plugin) {
         drive_tie_by_pinch(w, h, t, t1);
     } else {
@@ -306,11 +323,12 @@ static void read_joint(const world *w, world_joint *j)
     double position, force;
     read_position(j);
     if (w->plugin && pinch_ode_servo_state(w->plugin, j->joint, 0, &position, &force) == PINCH_OK)
-        j->own_torque = force;
+        j->own_torque = j->pushed == 0 ? force : j->pushed + force;
     if (!w->plugin && (c->type == SCENE_POSITION_CONTROL || c->type == SCENE_VELOCITY_CONTROL)) j->own_torque = NAN;
+    if (!w->plugin && c->type == SCENE_TORQUE_CONTROL && c->kd > 0) j->own_torque = j->pushed - c->kd * j->velocity;
     j->torque = j->own_torque;
     j->at_limit = is_at_limit(j->of, j->position);
-    j->saturated = c->type != SCENE_UNDRIVEN && fabs(j->own_torque) >= c->max_force;
+    j->saturated = c->type != SCENE_UNDRIVEN && world_control_is_saturated(c, j->own_torque);
 }
 
 void world_read_joints(world *w)
@@ -320,12 +338,15 @@ void world_read_joints(world *w)
         for (int i = 0; i < h->joint_count; i++) read_joint(w, &h->joints[i]);
         for (int i = 0; i < h->tie_count; i++) {
             world_tie *t = &h->ties[i];
-            if (t->coupling >= 0) (void)pinch_ode_coupling_state(w->plugin, t->coupling, &t->position, &t->force);
+            if (t->coupling >= 0) {
+                (void)pinch_ode_coupling_state(w->plugin, t->coupling, &t->position, &t->force);
+                if (t->pushed != 0) t->force += t->pushed;
+            }
             for (int j = 0; t->control && j < t->terms; j++) {
                 world_joint *joint = &h->joints[t->joint[j]];
                 joint->torque +=
                     t->factor[j] * (w->plugin || t->control->type == SCENE_TORQUE_CONTROL ? t->force : NAN);
-                joint->saturated = joint->saturated || fabs(t->force) >= t->control->max_force;
+                joint->saturated = joint->saturated || world_control_is_saturated(t->control, t->force);
             }
         }
     }

@@ -3,8 +3,9 @@
  *
  * With the velocities at the end of a step, the works of all forces on a body add up to its change of kinetic energy
  * and what the step loses. A joint's feedback holds its servo, whose work is a drive's, its dry friction, and its
- * stops. What it takes to move the base, which has no inertia here, is a drive's work, too. Springs and armatures store
- * energy; what their law takes beyond that and the damping is the step's.
+ * stops, but not what pushes it beside the servo. What it takes to move the base, which has no inertia here, is a
+ * drive's work, too. Springs and armatures store energy; what their law takes beyond that and the damping is the
+ * step's.
  */
 #include "world_hand.h"
 
@@ -76,10 +77,9 @@ static void add_joint(world *w, const world_joint *j, double h)
     const dJointFeedback *f = &j->feedback;
     double rate = world_joint_rate(j), outer = h * power(f->f1, f->t1, j->body),
            inner = h * power(f->f2, f->t2, j->parent);
-    bool servo = w->plugin && world_control_is_servo(j->control);
-    double motor = h * j->own_torque * rate, rest = outer + inner - (servo ? motor : 0);
+    double motor = h * j->own_torque * rate, rest = outer + inner - h * (j->own_torque - j->pushed) * rate;
     ledger_add(l, &l->work_drives, motor);
-    if (!servo) ledger_add(l, &l->work_drives, -h * j->own_torque * base_rate(j));
+    if (j->pushed != 0) ledger_add(l, &l->work_drives, -h * j->pushed * base_rate(j));
     if (dBodyIsKinematic(j->parent)) ledger_add(l, &l->work_drives, -inner);
     /* Dry friction that does work is at its bound. What remains is that of the joint's other rows, of stops and of
      * errors that are taken back. */

@@ -113,7 +113,7 @@ static world_status add_drive(world *w, const world_hand *h, world_tie *t, const
     t->control = control;
     t->law.kp = control->kp;
     t->law.kd = control->kd;
-    t->law.max_force = control->max_force;
+    t->law.max_force = control->most_force - scene_control_middle(control);
     return world_control_is_servo(control) ? make_tie(w, h, t) : WORLD_OK;
 }
 
@@ -183,14 +183,32 @@ static void report_part(const world *w, const world_hand *h, const char *name, c
     report(context, text);
 }
 
-/* Of a joint's own drive by torque, the joint's damper has the damping. */
+/* Of a joint's main drive by torque, the joint's damper has the damping. */
 static void report_damping_by_torque(const world *w, const world_hand *h,
                                      void (*report)(void *context, const char *text), void *context)
 {
     const scene_hand *of = h->hand;
-    for (size_t i = of->model->joint_count; i < of->control_count; i++)
-        if (of->controls[i].type == SCENE_TORQUE_CONTROL && of->controls[i].kd > 0)
-            report_part(w, h, of->controls[i].name, "damping of a drive by torque", report, context);
+    for (size_t i = 0; i < of->control_count; i++) {
+        const scene_control *c = &of->controls[i];
+        bool main_of_joint = i < of->model->joint_count;
+        if (c->type != SCENE_TORQUE_CONTROL || !(c->kd > 0) || (main_of_joint && isinf(c->max_force))) continue;
+        report_part(w, h, c->name,
+                    main_of_joint ? "a drive by torque, whose bound does not count its damping"
+                                  : "damping of a drive by torque",
+                    report, context);
+    }
+}
+
+/* ODE's motors have the same bound both ways. */
+static void report_bounds_of_motors(const world *w, const world_hand *h,
+                                    void (*report)(void *context, const char *text), void *context)
+{
+    const scene_hand *of = h->hand;
+    for (size_t i = 0; i < of->control_count; i++) {
+        const scene_control *c = &of->controls[i];
+        if (c->type != SCENE_TORQUE_CONTROL && c->type != SCENE_UNDRIVEN && c->least_force != -c->most_force)
+            report_part(w, h, c->name, "a bound that is not the same both ways (its larger side)", report, context);
+    }
 }
 
 /* MuJoCo bounds what all drives of a joint or tendon do together; here each has the bound for itself. */
@@ -203,18 +221,19 @@ static void report_drives(const world *w, const world_hand *h, void (*report)(vo
         const scene_control *first = &of->controls[i];
         const hand_joint *j = first->joint >= 0 ? &of->model->joints[first->joint] : NULL;
         const hand_tendon *t = j ? NULL : &of->model->tendons[first->tendon];
-        double bound = j ? fmax(fabs(j->least_effort), fabs(j->effort)) : fmax(fabs(t->least_effort), fabs(t->effort));
-        double most = first->max_force;
+        double lower = j ? j->least_effort : t->least_effort, upper = j ? j->effort : t->effort;
+        double least = first->least_force, most = first->most_force;
         int further = 0;
         for (size_t k = places; k < of->control_count; k++) {
             const scene_control *c = &of->controls[k];
             if (c->joint != first->joint || c->tendon != first->tendon) continue;
-            most += c->max_force;
+            least += c->least_force;
+            most += c->most_force;
             further++;
             if (!w->plugin && c->type != SCENE_TORQUE_CONTROL)
                 report_part(w, h, c->name, "a further drive of what has a motor", report, context);
         }
-        if (further > 0 && isfinite(bound) && most > bound)
+        if (further > 0 && (least < lower || most > upper))
             report_part(w, h, first->name, "the bound of all its drives together (each has it for itself)", report,
                         context);
     }
@@ -232,6 +251,7 @@ void world_hand_not_expressed(const world *w, void (*report)(void *context, cons
         }
         report_drives(w, &w->hands[k], report, context);
         if (ode) report_damping_by_torque(w, &w->hands[k], report, context);
+        if (ode) report_bounds_of_motors(w, &w->hands[k], report, context);
         int bounded = 0;
         for (size_t i = 0; i < model->joint_count; i++) bounded += isfinite(model->joints[i].velocity);
         if (bounded > 0) {

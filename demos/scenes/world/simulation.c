@@ -164,7 +164,7 @@ static double joint_error(const world *w)
             const scene_control *c = j->control;
             if (c->type != SCENE_POSITION_CONTROL) continue;
             double force = c->kp * (j->target - j->position) - c->kd * j->velocity;
-            force = fmin(fmax(force, -c->max_force), c->max_force);
+            force = fmin(fmax(force, c->least_force), c->most_force);
             most = fmax(most, fabs(force - j->own_torque));
         }
     }

@@ -34,6 +34,7 @@ typedef struct world_joint {
     double position, velocity; /* rad or m */
     double start_position;     /* at the start of the step */
     double target;             /* of its control */
+    double pushed;             /* N m or N: the part of its own control that is no servo's, in this step */
     double own_torque, torque; /* N m or N: of its own control, and with what tendons add that drive it */
     bool at_limit, saturated;
 } world_joint;
@@ -50,6 +51,7 @@ typedef struct world_tie {
     pinch_servo law;
     const scene_control *control; /* NULL: none */
     bool is_further;              /* a drive of what has another one */
+    double pushed;                /* the part of its control's force that is no servo's, in this step */
     double position, force;       /* x at the start of the step, and the force in it */
     bool dissipates, is_friction; /* a damper; dry friction, which holds x where it is */
 } world_tie;
@@ -88,6 +90,8 @@ world_status world_add_hand_rows(world *w, world_hand *hand);
 
 /* hand_drive.c: is the control a servo, a row of Pinch's? Else its force is known without one. */
 bool world_control_is_servo(const scene_control *control);
+/* Is the force of a control at one of its bounds? */
+bool world_control_is_saturated(const scene_control *control, double force);
 /* hand_drive.c: what damps a joint where ODE solves it, N m s/rad or N s/m. */
 double world_ode_damping(const world_joint *joint);
 /* hand_drive.c: the bases at the start of a step that ends at t1, the drives of the step; the bases at its end. */
