@@ -24,16 +24,6 @@ typedef struct urdf_link {
 
 static const char of_joint[] = "origin parent child axis limit dynamics mimic";
 
-/* Of elements that stand once in another one, the first counts. */
-static void list_repeated(hand_reader *r, const xmlNode *node, const char *names)
-{
-    for (const xmlNode *child = xml_child(node, NULL); child; child = xml_next(child, NULL)) {
-        const char *name = (const char *)child->name;
-        if (xml_listed(names, name) && xml_child(node, name) != child)
-            reader_ignore(r, child, reader_text(r, "second %s", name));
-    }
-}
-
 static hand_pose read_origin(hand_reader *r, const xmlNode *node)
 {
     hand_pose pose = pose_identity();
@@ -239,7 +229,7 @@ static void read_link(hand_reader *r, const xmlNode *root, urdf_link *entries, u
         else if (!xml_is(child, "inertial"))
             reader_ignore(r, child, (const char *)child->name);
     }
-    list_repeated(r, entry->node, "inertial");
+    urdf_list_repeated(r, entry->node, "inertial");
 }
 
 /* A bound of 0 or more. Many files write 0 where none is known, as MuJoCo has it, too, and those that were made of SDF
@@ -311,7 +301,7 @@ static void read_joint(hand_reader *r, const xmlNode *node, int link)
     if (joint) *joint = own;
     for (const xmlNode *child = xml_child(node, NULL); child; child = xml_next(child, NULL))
         if (!xml_listed(of_joint, (const char *)child->name)) reader_ignore(r, child, (const char *)child->name);
-    list_repeated(r, node, of_joint);
+    urdf_list_repeated(r, node, of_joint);
 }
 
 static void read_mimic(hand_reader *r, const xmlNode *joint)
@@ -393,6 +383,7 @@ static size_t list_links(hand_reader *r, const xmlNode *root, urdf_link **entrie
 void urdf_read(hand_reader *r, const xmlNode *root)
 {
     urdf_link *entries = NULL;
+    urdf_check_attributes(r, root);
     size_t count = list_links(r, root, &entries);
     const char *name = xml_text(root, "name");
     int top = -1;

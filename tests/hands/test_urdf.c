@@ -175,6 +175,19 @@ static const hand_fault faults[] = {
     {ROBOT("<link name=\"a\"/>\n<link name=\"a\" />"), "<link name=\"a\" />", "expected a name of its own"},
     {ROBOT("<link name=\"a\"/>\n<link name=\"b\"/>"), "<link name=\"b\"/>", "expected one link without a joint above"},
     {TWO("<joint name=\"j\" type=\"revolute\">" ENDS("a", "b") "</joint>"), "<joint", "expected <limit>"},
+    {TWO("<joint name=\"j\" type=\"continuous\">" ENDS("a", "b") "\n<origin xzy=\"0 0 1\"/></joint>"), "<origin",
+     "unknown attribute xzy; there are xyz rpy"},
+    {TWO("<joint name=\"j\" type=\"continuous\">" ENDS("a", "b") "\n<origin xyz=\"0 0 1\" ryp=\"0 0 1\"/></joint>"),
+     "<origin", "unknown attribute ryp; there are xyz rpy"},
+    {TWO("<joint name=\"j\" type=\"continuous\">" ENDS("a", "b") "\n<limit lowr=\"-1\"/></joint>"), "<limit",
+     "unknown attribute lowr; there are lower upper effort velocity"},
+    {TWO("<joint name=\"j\" type=\"continuous\">" ENDS("a", "b") "\n<dynamics dampin=\"1\"/></joint>"), "<dynamics",
+     "unknown attribute dampin; there are damping friction"},
+    {TWO("<joint name=\"j\" type=\"continuous\">" ENDS("a", "b") "\n<mimic joint=\"j\" multipler=\"2\"/></joint>"),
+     "<mimic", "unknown attribute multipler; there are joint multiplier offset"},
+    {TWO("<joint name=\"j\" type=\"continuous\">" ENDS(
+         "a", "b") "\n<axis xyz=\"0 0 1\"/><mimic joint=\"j\" ofset=\"2\"/></joint>"),
+     "<axis", "unknown attribute ofset; there are joint multiplier offset"},
     {TWO("<joint name=\"j\" type=\"revolute\">" ENDS("a", "b") "\n<limit lower=\"2\" upper=\"1\"/></joint>"), "<limit",
      "expected lower <= upper, not 2 and 1"},
     {TWO("<joint name=\"j\" type=\"revolute\">" ENDS("a", "b") "\n<limit upper=\"1\" effort=\"-3\"/></joint>"),
@@ -292,6 +305,38 @@ static void repeated_elements(void **state)
     program_remove_folder(folder);
 }
 
+/* What URDF does not have is listed where it changes nothing, or is known not to be modelled. */
+static void unknown_attributes(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "<robot name=\"r\" xmlns:x=\"x\" version=\"1.0\"><link name=\"a\"/><link name=\"b\" type=\"t\" x:y=\"1\">" MASS(
+            "1") "<collision name=\"c\" group=\"g\"><geometry><sphere radius=\"1\" "
+                 "length=\"2\"/></geometry></collision>"
+                 "<visual><origin ryp=\"1 1 1\"/><geometry><sphere radius=\"1\"/></geometry></visual></link>"
+                 "<joint name=\"j\" type=\"continuous\" dont_collapse=\"true\">" ENDS(
+                     "a", "b") "<limit effort=\"1\" velocity=\"1\" acceleration=\"3\" jerk=\"0\"/>"
+                               "<dynamics damping=\"1\" spring_stiffness=\"2\" spring_reference=\"1\"/>"
+                               "<safety_controller soft_lower_limit=\"-1\"/></joint>"
+                               "<link name=\"c\"/><joint name=\"f\" type=\"fixed\">" ENDS(
+                                   "b", "c") "<limit lowr=\"1\"/></joint></robot>";
+    static const char *const ignored[] = {
+        "attribute type of <link>",           "attribute group of <collision>",
+        "attribute length of <sphere>",       "attribute ryp of <origin>",
+        "attribute dont_collapse of <joint>", "attribute spring_reference of <dynamics>",
+        "attribute lowr of <limit>",          "safety_controller"};
+    static const char *const unmodelled[] = {"attribute acceleration of <limit>",
+                                             "attribute spring_stiffness of <dynamics>"};
+    char *folder = program_make_folder();
+    hand *h = hand_from_text(folder, "h.urdf", text);
+    assert_int_equal(h->ignored_count, 8);
+    for (size_t i = 0; i < 8; i++) assert_string_equal(h->ignored[i].what, ignored[i]);
+    assert_int_equal(h->unmodelled_count, 2);
+    for (size_t i = 0; i < 2; i++) assert_string_equal(h->unmodelled[i].what, unmodelled[i]);
+    hand_free(h);
+    program_remove_folder(folder);
+}
+
 /* A mesh of a picture may be missing; one that touches is said to be missing; a broken one is refused. */
 static void missing_and_broken_meshes(void **state)
 {
@@ -378,6 +423,7 @@ int main(void)
         cmocka_unit_test(packages),
         cmocka_unit_test(missing_and_broken_meshes),
         cmocka_unit_test(repeated_elements),
+        cmocka_unit_test(unknown_attributes),
         cmocka_unit_test(other_formats),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
