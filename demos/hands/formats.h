@@ -13,6 +13,8 @@ void mjcf_read(hand_reader *r, xmlNode *root);
 void urdf_check_attributes(hand_reader *r, const xmlNode *node);
 /* Lists those of `names` that stand in `node` again, of which the first counts. */
 void urdf_list_repeated(hand_reader *r, const xmlNode *node, const char *names);
+/* The same, and what else stands in `node`. */
+void urdf_list_rest(hand_reader *r, const xmlNode *node, const char *names);
 
 /* tree.c: adds a coupling, when all joints are there. Refuses one that closes a circle. */
 void tree_couple(hand_reader *r, const xmlNode *at, const hand_coupling *coupling);

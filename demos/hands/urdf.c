@@ -22,8 +22,6 @@ typedef struct urdf_link {
     int place; /* in the hand's list; -1: not there yet */
 } urdf_link;
 
-static const char of_joint[] = "origin parent child axis limit dynamics mimic";
-
 static hand_pose read_origin(hand_reader *r, const xmlNode *node)
 {
     hand_pose pose = pose_identity();
@@ -58,6 +56,7 @@ static void read_inertial(hand_reader *r, const xmlNode *link, hand_mass *out)
     if (r->status != HAND_OK) return;
     hand_pose origin = read_origin(r, node);
     mass_in_outer(&origin, &own, out);
+    urdf_list_rest(r, node, "origin mass inertia");
 }
 
 /* ---- Files of meshes. ---- */
@@ -142,10 +141,21 @@ static void read_size(hand_reader *r, const xmlNode *node, const char *name, dou
     if (r->status == HAND_OK && !(*value > 0)) reader_refuse(r, node, "expected a positive %s", name);
 }
 
+/* Of several shapes the first counts. */
+static const xmlNode *find_shape(hand_reader *r, const xmlNode *node)
+{
+    const xmlNode *geometry = xml_child(node, "geometry"), *shape = geometry ? xml_child(geometry, NULL) : NULL;
+    for (const xmlNode *n = shape ? xml_next(shape, NULL) : NULL; n; n = xml_next(n, NULL)) {
+        const char *text = reader_text(r, "%s after the shape of a <geometry>", (const char *)n->name);
+        if (text) reader_ignore(r, n, text);
+    }
+    return shape;
+}
+
 /* The shape; URDF has whole lengths where the hand has half lengths. */
 static void read_shape(hand_reader *r, const xmlNode *node, hand_geom *geom)
 {
-    const xmlNode *geometry = xml_child(node, "geometry"), *shape = geometry ? xml_child(geometry, NULL) : NULL;
+    const xmlNode *shape = find_shape(r, node);
     if (!shape) {
         reader_refuse(r, node, "expected <geometry> with a shape in it");
         return;
@@ -196,6 +206,7 @@ static void read_geom(hand_reader *r, const xmlNode *root, const xmlNode *node, 
                      .line = (int)xmlGetLineNo(node)};
     own.pose = read_origin(r, node);
     read_shape(r, node, &own);
+    urdf_list_rest(r, node, "origin geometry material");
     if (!own.collides) {
         own.contype = own.conaffinity = 0;
         read_colour(r, root, node, own.colour);
@@ -299,9 +310,7 @@ static void read_joint(hand_reader *r, const xmlNode *node, int link)
     own.name = reader_name(r, node, "joint", h->joint_count);
     hand_joint *joint = reader_append(r, &h->joints, &h->joint_count, sizeof *joint);
     if (joint) *joint = own;
-    for (const xmlNode *child = xml_child(node, NULL); child; child = xml_next(child, NULL))
-        if (!xml_listed(of_joint, (const char *)child->name)) reader_ignore(r, child, (const char *)child->name);
-    urdf_list_repeated(r, node, of_joint);
+    urdf_list_rest(r, node, "origin parent child axis limit dynamics mimic");
 }
 
 static void read_mimic(hand_reader *r, const xmlNode *joint)

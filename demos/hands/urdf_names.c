@@ -84,11 +84,19 @@ void urdf_check_attributes(hand_reader *r, const xmlNode *node)
         urdf_check_attributes(r, child);
 }
 
+void urdf_list_rest(hand_reader *r, const xmlNode *node, const char *names)
+{
+    for (const xmlNode *child = xml_child(node, NULL); child && r->status == HAND_OK; child = xml_next(child, NULL))
+        if (!xml_listed(names, (const char *)child->name)) reader_ignore(r, child, (const char *)child->name);
+    urdf_list_repeated(r, node, names);
+}
+
 void urdf_list_repeated(hand_reader *r, const xmlNode *node, const char *names)
 {
-    for (const xmlNode *child = xml_child(node, NULL); child; child = xml_next(child, NULL)) {
+    for (const xmlNode *child = xml_child(node, NULL); child && r->status == HAND_OK; child = xml_next(child, NULL)) {
         const char *name = (const char *)child->name;
-        if (xml_listed(names, name) && xml_child(node, name) != child)
-            reader_ignore(r, child, reader_text(r, "second %s", name));
+        bool again = xml_listed(names, name) && xml_child(node, name) != child;
+        const char *text = again ? reader_text(r, "second %s", name) : NULL;
+        if (text) reader_ignore(r, child, text);
     }
 }

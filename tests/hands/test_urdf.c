@@ -305,6 +305,46 @@ static void repeated_elements(void **state)
     program_remove_folder(folder);
 }
 
+/* What stands twice in a mass or in a shape is listed, and so is what else is in them; the first counts. */
+static void repeated_parts(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *inertial, *collision, *what[2];
+    } cases[] = {
+        {"", "<geometry><box size=\"2 2 2\"/></geometry>", {NULL, NULL}},
+        {"<mass value=\"5\"/>", "<geometry><box size=\"2 2 2\"/></geometry>", {"second mass", NULL}},
+        {"<origin/><origin xyz=\"1 0 0\"/>",
+         "<geometry><box size=\"2 2 2\"/></geometry><geometry><sphere radius=\"9\"/></geometry>",
+         {"second origin", "second geometry"}},
+        {"<inertia/>",
+         "<geometry><box size=\"2 2 2\"/><sphere radius=\"9\"/></geometry>",
+         {"second inertia", "sphere after the shape of a <geometry>"}},
+        {"<density/>",
+         "<origin/><geometry><box size=\"2 2 2\"/></geometry><origin xyz=\"1 0 0\"/>",
+         {"density", "second origin"}},
+        {"", "<geometry><box size=\"2 2 2\"/></geometry><max_contacts/>", {"max_contacts", NULL}},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        char text[1024], *folder = program_make_folder();
+        snprintf(text, sizeof text,
+                 "<robot name=\"r\"><link name=\"a\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" "
+                 "ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>%s</inertial><collision>%s</collision></link></robot>",
+                 cases[k].inertial, cases[k].collision);
+        hand *h = hand_from_text(folder, "h.urdf", text);
+        size_t count = cases[k].what[1] ? 2 : cases[k].what[0] ? 1 : 0;
+        assert_int_equal(h->ignored_count, count);
+        for (size_t i = 0; i < count; i++) assert_string_equal(h->ignored[i].what, cases[k].what[i]);
+        assert_close(h->links[0].mass.mass, 1, 0);
+        assert_close(h->links[0].mass.centre[0], 0, 0);
+        assert_int_equal(h->geom_count, 1);
+        assert_int_equal(h->geoms[0].type, HAND_BOX);
+        assert_close(h->geoms[0].pose.position[0], 0, 0);
+        hand_free(h);
+        program_remove_folder(folder);
+    }
+}
+
 /* What URDF does not have is listed where it changes nothing, or is known not to be modelled. */
 static void unknown_attributes(void **state)
 {
@@ -423,6 +463,7 @@ int main(void)
         cmocka_unit_test(packages),
         cmocka_unit_test(missing_and_broken_meshes),
         cmocka_unit_test(repeated_elements),
+        cmocka_unit_test(repeated_parts),
         cmocka_unit_test(unknown_attributes),
         cmocka_unit_test(other_formats),
     };
