@@ -40,16 +40,12 @@ static void print_motion_in_hand(const simulation_result *r, FILE *stream)
 
 static void print_energy(const world *w, FILE *stream)
 {
-    static const double MUCH = 0.05; /* of all work */
     const energy_ledger *l = &w->ledger;
-    char n[4][48];
+    char n[4][48], remark[SIMULATION_REMARK];
     terminal_print(stream, "\n  energy: closes to %s J of %s J of work; %s J lost to friction, %s J to the time step",
                    number_for_people("%.2g", l->closure, n[0]), number_for_people("%.3g", l->work_size, n[1]),
                    number_for_people("%.3g", l->friction, n[2]), number_for_people("%.3g", l->integrator, n[3]));
-    if (l->integrator < -MUCH * l->work_size)
-        terminal_print(
-            stream, "\n  steps of %g s have put %.3g J in, as bodies meet contacts too deep; shorter ones put in less",
-            w->scene->step, -l->integrator);
+    if (simulation_energy_remark(w, remark)) terminal_print(stream, "\n  %s", remark);
 }
 
 static void print_table(const world *w, const simulation_result *r, FILE *stream)
@@ -209,16 +205,16 @@ typedef struct run_outputs {
     bool remarks;
 } run_outputs;
 
-/* Contacts push apart what begins in each other, with forces that nobody has meant. Between fingers a little of it
- * tells: what they push each other with is missing where they press. */
-static void remark_overlap(const world *w)
+static void say(void *scene_name, const char *text)
 {
-    static const double LARGE = 0.05, BETWEEN_FINGERS = 1e-3; /* of the object's bounding radius */
-    world_overlap o;
-    if (w->steps != 1 || !world_deepest_overlap(w, &o)) return;
-    if (o.depth < (o.fingers ? BETWEEN_FINGERS : LARGE) * w->scene->objects[0].shape.bounding_radius) return;
-    command_error("run", "%s: %s and %s begin %.3g m in each other, and are pushed apart", w->scene->name, o.first,
-                  o.second, o.depth);
+    command_error("run", "%s: %s", (const char *)scene_name, text);
+}
+
+/* Tells at once what the run's start is like. */
+static void remark_overlap(const simulation *s, const world *w)
+{
+    const char *overlap = simulation_so_far(s)->overlap;
+    if (w->steps == 1 && overlap) say(w->scene->name, overlap);
 }
 
 /* Goes on to the end of the scene's duration, or until a signal interrupts it. *ended tells how the world's steps
@@ -233,7 +229,7 @@ static command_status simulate(simulation *s, world *w, const run_outputs *out, 
            !(out->csv && ferror(out->csv))) {
         *ended = simulation_step(s);
         if (*ended != WORLD_OK) break;
-        if (out->remarks) remark_overlap(w);
+        if (out->remarks) remark_overlap(s, w);
         progress_show(&line, w->steps, simulation_steps(s), w->time, w->scene->duration);
         if (out->csv) write_csv_row(w, out->csv);
         if (out->pictures && !film_step(out->pictures, w)) *ended = WORLD_NO_MEMORY;
@@ -331,10 +327,48 @@ static command_status simulate_and_record(const options *o, world *w, run_files 
     return written ? status : COMMAND_SYSTEM;
 }
 
+/* What a scene must have so that an event can happen at all. NULL: it can. */
+static const char *lacks(const scene *s, simulation_event_type type)
+{
+    bool force = false, slip = false, limits = false;
+    for (size_t i = 0; i < s->finger_count; i++) {
+        force = force || isfinite(s->fingers[i].damage_max_force);
+        slip = slip || isfinite(s->fingers[i].damage_max_slip);
+    }
+    for (size_t k = 0; k < s->hand_count; k++)
+        for (size_t i = 0; i < s->hands[k].model->joint_count; i++)
+            limits = limits || s->hands[k].model->joints[i].limited;
+    if (type == EVENT_CRUSH && !force) return "no finger has damage.max_force";
+    if (type == EVENT_SLIP && !slip) return "no finger has damage.max_slip";
+    if (type == EVENT_LIMIT && !limits) return "there is no hand with a limited joint";
+    return NULL;
+}
+
+/* Who waits for an event that never comes takes every run for a good one. */
+static void remark_events_that_never_happen(const options *o, const scene *s,
+                                            void (*report)(void *context, const char *text), void *context)
+{
+    for (int i = 0; i < EVENT_COUNT; i++) {
+        const char *why = lacks(s, (simulation_event_type)i);
+        char text[160];
+        if (!(o->fail_on & 1u << i) || !why) continue;
+        snprintf(text, sizeof text, "--fail-on %s: %s, so that this never happens",
+                 simulation_event_name((simulation_event_type)i), why);
+        report(context, text);
+    }
+}
+
+static json_t *document_of(const options *o, const world *w, const simulation_result *result)
+{
+    json_t *document = simulation_document(w, result, true);
+    remark_events_that_never_happen(o, w->scene, json_append_text, json_object_get(document, "remarks"));
+    return document;
+}
+
 static command_status present(const options *o, const world *w, const simulation_result *result)
 {
     if (o->json) {
-        if (!json_print_new(simulation_document(w, result, true), stdout)) {
+        if (!json_print_new(document_of(o, w, result), stdout)) {
             command_error("run", "out of memory");
             return COMMAND_SYSTEM;
         }
@@ -389,34 +423,6 @@ command_status command_run_scene(const options *o, const scene *s)
     return status;
 }
 
-/* What a scene must have so that an event can happen at all. NULL: it can. */
-static const char *lacks(const scene *s, simulation_event_type type)
-{
-    bool force = false, slip = false, limits = false;
-    for (size_t i = 0; i < s->finger_count; i++) {
-        force = force || isfinite(s->fingers[i].damage_max_force);
-        slip = slip || isfinite(s->fingers[i].damage_max_slip);
-    }
-    for (size_t k = 0; k < s->hand_count; k++)
-        for (size_t i = 0; i < s->hands[k].model->joint_count; i++)
-            limits = limits || s->hands[k].model->joints[i].limited;
-    if (type == EVENT_CRUSH && !force) return "no finger has damage.max_force";
-    if (type == EVENT_SLIP && !slip) return "no finger has damage.max_slip";
-    if (type == EVENT_LIMIT && !limits) return "there is no hand with a limited joint";
-    return NULL;
-}
-
-/* Who waits for an event that never comes takes every run for a good one. */
-static void remark_events_that_never_happen(const options *o, const scene *s)
-{
-    for (int i = 0; i < EVENT_COUNT; i++) {
-        const char *why = lacks(s, (simulation_event_type)i);
-        if (o->fail_on & 1u << i && why)
-            command_error("run", "%s: --fail-on %s: %s, so that this never happens", s->file,
-                          simulation_event_name((simulation_event_type)i), why);
-    }
-}
-
 /* ODE's own solvers have no settings here. */
 static command_status check_foreign(const options *o)
 {
@@ -431,7 +437,7 @@ static command_status run_run(const options *o)
     command_status status = command_load_scene(o, o->arguments[0], &s);
     if (status != COMMAND_DONE) return status;
     status = o->contact_solver == WORLD_PINCH ? command_check_run("run", s) : check_foreign(o);
-    if (status == COMMAND_DONE && !o->quiet) remark_events_that_never_happen(o, s);
+    if (status == COMMAND_DONE && !o->quiet) remark_events_that_never_happen(o, s, say, s->file);
     if (status == COMMAND_DONE) status = command_run_scene(o, s);
     scene_free(s);
     return status;

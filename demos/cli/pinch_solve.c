@@ -120,6 +120,22 @@ static bool find_motion(const solution *x, double motion[6])
     return (infeasible || x->result.solve.status == PINCH_SOLVE_UNSTABLE) && scene_norm(t) + scene_norm(t + 3) > 0.0;
 }
 
+static const char unknown_reserves[] = "its reserves are not known: by the default method the load leads elsewhere";
+
+static const char *large_displacement(const solution *x)
+{
+    if (!x->result.large_displacement || x->result.solve.status != PINCH_SOLVE_CONVERGED) return NULL;
+    return "the object moves by more than a tenth of its size or turns by more than 0.1 rad; the statics are linear "
+           "and only tell the tendency";
+}
+
+/* What makes the answer another one than was meant, in a line each. */
+static void find_remarks(const solution *x, void (*report)(void *context, const char *text), void *context)
+{
+    if (large_displacement(x)) report(context, large_displacement(x));
+    if (x->contradicted) report(context, unknown_reserves);
+}
+
 static json_t *solution_document(const solution *x)
 {
     const pinch_statics_result *r = &x->result;
@@ -144,9 +160,12 @@ static json_t *solution_document(const solution *x)
                              "grasp", grasp_document(x), "twist", escapes ? json_numbers(motion, 6) : json_null());
     json_t *left_out = json_array();
     scene_statics_leave_out(x->s, json_append_text, left_out);
+    json_t *remarks = json_array();
+    find_remarks(x, json_append_text, remarks);
     int failed = !document || !rest || json_object_update(document, rest) ||
-                 json_object_set(document, "not_expressed", left_out);
+                 json_object_set(document, "not_expressed", left_out) || json_object_set(document, "remarks", remarks);
     json_decref(left_out);
+    json_decref(remarks);
     json_decref(rest);
     if (!failed) return document;
     json_decref(document);
@@ -211,8 +230,7 @@ static void print_limits(const solution *x, FILE *stream)
     if (isfinite(x->least_closing.holds))
         terminal_print(stream, "  it holds down to %.6g of its grip (closing and normal forces of all fingers)\n",
                        x->least_closing.holds);
-    if (x->contradicted)
-        terminal_print(stream, "  its reserves are not known: by the default method the load leads elsewhere\n");
+    if (x->contradicted) terminal_print(stream, "  %s\n", unknown_reserves);
     print_directions(&x->directions, stream);
     print_open_limit("friction", friction, stream);
     print_open_limit("the load", load, stream);
@@ -339,11 +357,7 @@ static bool find_quality(const options *o, solution *x)
 
 static command_status present(const options *o, const solution *x)
 {
-    if (x->result.large_displacement && !o->quiet && x->result.solve.status == PINCH_SOLVE_CONVERGED)
-        command_error("solve",
-                      "%s: the object moves by more than a tenth of its size or turns by more than 0.1 rad; "
-                      "the statics are linear and only tell the tendency",
-                      x->s->name);
+    if (large_displacement(x) && !o->quiet) command_error("solve", "%s: %s", x->s->name, large_displacement(x));
     if (o->json) {
         if (!json_print_new(solution_document(x), stdout)) return COMMAND_SYSTEM;
     } else if (!o->quiet) {

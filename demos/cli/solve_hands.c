@@ -65,14 +65,14 @@ static json_t *hands_document(const scene *s, double moment, const hand_statics 
                                  json_number(x->time), "load_fraction", json_number(answer ? 1 : NAN), "solved_by",
                                  answer ? json_string("newton") : json_null(), "moment_s", json_number(moment));
     json_t *rest = json_pack(
-        "{s:{s:o, s:o}, s:{s:b, s:o, s:o, s:o, s:o, s:o}, s:o, s:o, s:{s:o, s:o}, s:o, s:o, s:o}", "equilibrium",
+        "{s:{s:o, s:o}, s:{s:b, s:o, s:o, s:o, s:o, s:o}, s:o, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o}", "equilibrium",
         "force_error", json_number(x->force_error + none), "torque_error", json_number(x->torque_error + none),
         "verification", "passed", x->status == HAND_STATICS_SOLVED, "cone", json_number(x->cone + none),
         "complementarity", json_number(x->normal_law + none), "slip_direction", json_number(x->slip_direction + none),
         "joints", json_number(x->joint_error + none), "motors", json_number(x->motor_error + none), "fingers", fingers,
         "joints", joints, "object", "translation", answer ? json_numbers(x->translation, 3) : no_vector(), "rotation",
         answer ? json_numbers(x->rotation, 3) : no_vector(), "grasp", json_null(), "twist", json_null(),
-        "not_expressed", json_array()); /* contacts are the run's */
+        "not_expressed", json_array(), "remarks", json_array()); /* contacts are the run's */
     int failed = !document || !rest || json_object_update(document, rest);
     json_decref(rest);
     if (!failed) return document;

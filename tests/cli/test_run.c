@@ -206,6 +206,21 @@ static void test_left_behind(void **state)
     }
 }
 
+/* The document has these remarks, of which NULL is none, though nothing is on standard error. Frees r. */
+static void has_remarks(program_result *r, const char *first, const char *second)
+{
+    assert_int_equal(r->status, 0);
+    assert_string_equal(r->err, "");
+    json_t *d = cli_document(r);
+    const json_t *remarks = json_object_get(d, "remarks");
+    const char *const expected[] = {first ? first : second, first ? second : NULL};
+    size_t count = (expected[0] ? 1 : 0) + (expected[1] ? 1 : 0);
+    assert_int_equal(json_array_size(remarks), count);
+    for (size_t i = 0; i < count; i++) assert_string_equal(json_string_value(json_array_get(remarks, i)), expected[i]);
+    json_decref(d);
+    program_free(r);
+}
+
 /* What begins in something else is pushed out of it with forces that nobody meant, and the run says so. How far
  * fingers close is meant. */
 static void test_overlap_is_remarked(void **state)
@@ -230,6 +245,11 @@ static void test_overlap_is_remarked(void **state)
         r = PINCH(folder, "run", "table.json", "--quiet");
         assert_string_equal(r.err, "");
         program_free(&r);
+        const char *said = deep ? "object and table begin 0.01 m in each other, and are pushed apart" : NULL;
+        r = PINCH(folder, "run", "table.json", "--json", "--quiet", "--checkpoint", "half", "--every", "5");
+        has_remarks(&r, said, NULL);
+        r = PINCH(folder, "run", "table.json", "--json", "--quiet", "--resume", "half", "--fail-on", "crush");
+        has_remarks(&r, said, "--fail-on crush: no finger has damage.max_force, so that this never happens");
         program_remove_folder(folder);
     }
 }
@@ -287,6 +307,12 @@ static void test_energy_of_long_steps_is_remarked(void **state)
         assert_int_equal(r.status, 0);
         assert_int_equal(strstr(r.out, "steps of 0.01 s have put ") != NULL, !fine);
         assert_int_equal(strstr(r.out, " s have put ") != NULL, !fine);
+        program_free(&r);
+        r = PINCH(folder, "run", "thrown.json", "--json");
+        json_t *d = cli_document(&r);
+        const char *remark = json_string_value(json_array_get(json_object_get(d, "remarks"), 0));
+        assert_int_equal(remark && strncmp(remark, "steps of 0.01 s have put ", 25) == 0, !fine);
+        json_decref(d);
         program_free(&r);
         program_remove_folder(folder);
     }

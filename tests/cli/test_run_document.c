@@ -77,6 +77,7 @@ static const field run_fields[] = {
     {"energy.closure", NUMBER, true, false},
     {"events", LIST, false, false},
     {"not_expressed", LIST, false, false},
+    {"remarks", LIST, false, false},
     {"hash", TEXT, false, false},
 };
 

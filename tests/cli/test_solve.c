@@ -108,6 +108,34 @@ static void what_is_left_out_is_said(void **state)
     program_remove_folder(folder);
 }
 
+/* Fingers so soft that the weight of the box takes it far: 9.81 N on 2 * 2/3 * 100 N/m. */
+static void large_displacements_are_remarked(void **state)
+{
+    (void)state;
+    static const char *const masses[] = {"1", "0.01"};
+    for (int light = 0; light < 2; light++) {
+        char text[768], *folder = program_make_folder();
+        snprintf(
+            text, sizeof text,
+            "{\"format\": \"pinch-scene/1\", \"object\": {\"shape\": {\"type\": \"box\", \"size\": [0.04, 0.04, "
+            "0.04]}, \"mass\": %s}, \"fingers\": [{\"point\": [-0.02, 0, 0], \"normal\": [1, 0, 0], \"model\": "
+            "\"hard\", \"stiffness\": {\"normal\": 100}, \"friction\": 0.5, \"closing\": 0.3}, {\"point\": [0.02, 0, "
+            "0], \"normal\": [-1, 0, 0], \"model\": \"hard\", \"stiffness\": {\"normal\": 100}, \"friction\": 0.5, "
+            "\"closing\": 0.3}]}",
+            masses[light]);
+        free(program_write_file(folder, "soft.json", text));
+        program_result r = PINCH(folder, "solve", "soft.json", "--json", "--quiet");
+        assert_string_equal(r.err, "");
+        json_t *d = cli_document(&r);
+        const json_t *remarks = json_object_get(d, "remarks");
+        assert_int_equal(json_array_size(remarks), light ? 0 : 1);
+        if (!light) assert_non_null(strstr(json_string_value(json_array_get(remarks, 0)), "the statics are linear"));
+        json_decref(d);
+        program_free(&r);
+        program_remove_folder(folder);
+    }
+}
+
 /* A box between two fingers: on its faces with the left normal tilted by so much, or at an edge. */
 static json_t *not_expressed(const char *command, double x, double z, double tilt)
 {
@@ -548,6 +576,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_key_is_there),
         cmocka_unit_test(what_is_left_out_is_said),
+        cmocka_unit_test(large_displacements_are_remarked),
         cmocka_unit_test(normals_off_the_surface_are_said),
         cmocka_unit_test(yielding_tips_are_said),
         cmocka_unit_test(the_end_of_a_schedule_is_solved),

@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char FORMAT[16] = "pinch-run/3";
+static const char FORMAT[16] = "pinch-run/4";
 
 /* ---- The tape ---- */
 
@@ -319,6 +319,22 @@ static void tape_events(tape *t, simulation *s)
     for (int i = 0; i < count; i++) tape_event(t, &s->result.events[i]);
 }
 
+/* A text of which the run has its own, or NULL. */
+static void tape_text(tape *t, char **text)
+{
+    int64_t size = *text ? (int64_t)strlen(*text) + 1 : 0;
+    TAPE(t, size);
+    if (t->reading) {
+        t->damaged = t->damaged || size < 0 || (size_t)size > t->size - t->at;
+        free(*text);
+        *text = t->damaged || size == 0 ? NULL : malloc((size_t)size);
+        t->no_memory = t->no_memory || (!t->damaged && size > 0 && !*text);
+    }
+    if (!*text) return;
+    tape_bytes(t, *text, (size_t)size);
+    if (t->reading) (*text)[size - 1] = '\0';
+}
+
 static void tape_measures(tape *t, simulation *s)
 {
     const world *w = s->w;
@@ -335,6 +351,7 @@ static void tape_measures(tape *t, simulation *s)
             tape_flag(t, &s->away[k][i]);
             tape_flag(t, &s->limited[k][i]);
         }
+    tape_text(t, &s->result.overlap);
     tape_events(t, s);
 }
 

@@ -215,6 +215,8 @@ json_t *simulation_document(const world *w, const simulation_result *r, bool wit
     snprintf(hash, sizeof hash, "%016" PRIx64, world_hash(w));
     json_t *not_expressed = json_array();
     world_not_expressed(w, json_append_text, not_expressed);
+    json_t *remarks = json_array();
+    simulation_remarks(w, r, json_append_text, remarks);
     double islands = stats.islands > 0 ? (double)stats.islands : NAN;
     json_t *head = json_pack(
         "{s:s, s:o, s:s, s:s, s:s, s:s, s:I, s:o, s:o, s:o, s:o}", "command", "run", "scene", json_text(w->scene->file),
@@ -236,13 +238,14 @@ json_t *simulation_document(const world *w, const simulation_result *r, bool wit
         pinch_number(pinch, stats.residual_max), "step_mismatch", pinch_number(pinch, stats.step_mismatch),
         "step_mismatch_angular", pinch_number(pinch, stats.step_mismatch_angular));
     json_t *tail = json_pack(
-        "{s:b, s:s?, s:b, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "interrupted",
+        "{s:b, s:s?, s:b, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "interrupted",
         process_interrupted() != 0, "outcome", w->diverged ? NULL : simulation_outcome(r), "touched", r->touched,
         "verification", verification_document(&stats, pinch, world_solve_status(w) == PINCH_SOLVE_CONVERGED),
         "equilibrium", "force_error", json_number(r->force_error), "torque_error", json_number(r->torque_error),
         "fingers", finger_documents(w), "object", object_document(w, r, 0), "max_penetration",
         json_number(r->max_penetration), "energy", energy_document(w), "events", event_documents(w, r), "statics",
-        with_statics ? statics_document(w) : json_null(), "not_expressed", not_expressed, "hash", hash);
+        with_statics ? statics_document(w) : json_null(), "not_expressed", not_expressed, "remarks", remarks, "hash",
+        hash);
     bool failed = !head || !solve || !tail || json_object_update(head, solve) || json_object_update(head, tail);
     if (!failed && w->object_count > 1) json_object_set_new(head, "objects", object_documents(w, r));
     if (!failed && w->hand_count > 0) failed = !add_hands(head, w, r);

@@ -4,6 +4,7 @@
 #include "common/vector.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -171,6 +172,42 @@ static double joint_error(const world *w)
     return most;
 }
 
+/* Contacts push apart what begins in each other, with forces that nobody has meant. Between fingers a little of it
+ * tells: what they push each other with is missing where they press. */
+static world_status watch_overlap(simulation *s)
+{
+    static const double LARGE = 0.05, BETWEEN_FINGERS = 1e-3; /* of the object's bounding radius */
+    static const char format[] = "%s and %s begin %.3g m in each other, and are pushed apart";
+    const world *w = s->w;
+    world_overlap o;
+    if (w->steps != 1 || !world_deepest_overlap(w, &o)) return WORLD_OK;
+    if (o.depth < (o.fingers ? BETWEEN_FINGERS : LARGE) * w->scene->objects[0].shape.bounding_radius) return WORLD_OK;
+    size_t size = sizeof format + strlen(o.first) + strlen(o.second) + 32;
+    s->result.overlap = malloc(size);
+    if (!s->result.overlap) return WORLD_NO_MEMORY;
+    snprintf(s->result.overlap, size, format, o.first, o.second, o.depth);
+    return WORLD_OK;
+}
+
+bool simulation_energy_remark(const world *w, char text[SIMULATION_REMARK])
+{
+    static const double MUCH = 0.05; /* of all work */
+    const energy_ledger *l = &w->ledger;
+    if (!(l->integrator < -MUCH * l->work_size)) return false;
+    snprintf(text, SIMULATION_REMARK,
+             "steps of %g s have put %.3g J in, as bodies meet contacts too deep; shorter ones put in less",
+             w->scene->step, -l->integrator);
+    return true;
+}
+
+void simulation_remarks(const world *w, const simulation_result *result,
+                        void (*report)(void *context, const char *text), void *context)
+{
+    char text[SIMULATION_REMARK];
+    if (result->overlap) report(context, result->overlap);
+    if (simulation_energy_remark(w, text)) report(context, text);
+}
+
 static void measure_object(simulation *s, int object)
 {
     const world *w = s->w;
@@ -259,6 +296,11 @@ simulation *simulation_start(world *w)
     return s;
 }
 
+const simulation_result *simulation_so_far(const simulation *s)
+{
+    return &s->result;
+}
+
 long simulation_steps(const simulation *s)
 {
     return s->steps;
@@ -268,6 +310,7 @@ world_status simulation_step(simulation *s)
 {
     world *w = s->w;
     world_status status = world_advance(w);
+    if (status == WORLD_OK) status = watch_overlap(s);
     if (status == WORLD_OK) status = watch_fingers(s);
     for (int k = 0; k < w->hand_count && status == WORLD_OK; k++) status = watch_joints(s, k);
     for (int k = 0; k < w->object_count && status == WORLD_OK; k++) {
@@ -296,7 +339,9 @@ void simulation_free(simulation_result *r)
 {
     free(r->events);
     free(r->objects);
+    free(r->overlap);
     r->objects = NULL;
+    r->overlap = NULL;
     r->events = NULL;
     r->event_count = 0;
 }

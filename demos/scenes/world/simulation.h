@@ -57,6 +57,7 @@ typedef struct simulation_result {
     double loop_gap;    /* m: between anchors of a hand's loops at the end; NaN without loops */
     double max_penetration; /* m */
     bool touched;           /* by a finger at the end: any of the objects */
+    char *overlap;          /* the remark on what begins in something else; NULL: none */
     int event_count;
     simulation_event *events;
 } simulation_result;
@@ -69,6 +70,8 @@ simulation *simulation_start(world *w);
 /* The number of steps in the scene's duration, rounded. */
 long simulation_steps(const simulation *s);
 world_status simulation_step(simulation *s);
+/* What has been measured so far. */
+const simulation_result *simulation_so_far(const simulation *s);
 /* Ends the run. The caller gives the result to simulation_free. */
 void simulation_finish(simulation *s, simulation_result *result);
 void simulation_free(simulation_result *result);
@@ -95,6 +98,14 @@ checkpoint_status simulation_resume(simulation *s, const unsigned char *bytes, s
 
 /* In one word how the grasp went, by the worst of its events: "held", "slipped", "crushed" or "dropped". */
 const char *simulation_outcome(const simulation_result *result);
+
+/* What makes the result another one than was meant, in a line each: things that begin in each other, steps that put
+ * energy in. */
+void simulation_remarks(const world *w, const simulation_result *result,
+                        void (*report)(void *context, const char *text), void *context);
+enum { SIMULATION_REMARK = 160 };
+/* The remark on the energy of steps; false where there is none. */
+bool simulation_energy_remark(const world *w, char text[SIMULATION_REMARK]);
 
 /* document.c: the run as `pinch run --json` prints it; NULL when memory runs out. The static answer at the end, which
  * costs a solve of its own, is null without `with_statics`. */
