@@ -248,7 +248,9 @@ static double stiff_error_share(const pinch_problem *problem, const contact_view
 static inline void note_error(double *largest, double error, const pinch_problem *problem, const contact_view *v,
                               int row, const double axis[3])
 {
-    if (error <= *largest || error * gives_way(problem, v->c, row) <= v->rounding[row < 3 ? 0 : 1]) return;
+    if (error <= *largest) return;
+    double rounding = v->rounding[row < 3 ? 0 : 1];
+    if (rounding > 0 && error * gives_way(problem, v->c, row) <= rounding) return;
     if (!v->c->may_soften) {
         note_largest(largest, error);
         return;
