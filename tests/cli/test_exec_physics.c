@@ -129,20 +129,22 @@ static void the_heaviest_do_not_sink(void **state)
 
 /* A heap that needs softer contacts for good keeps them, and lies still. Heaps were pressed in and thrown up again and
  * again for as long as they were stepped, while stiffer contacts were tried every few steps. In one of ten heaps a box
- * slides, tips or swings on two points for longer than this, whatever the solver: of six, five have to lie still. */
+ * slides, tips or swings on two points for longer than this, whatever the solver: of six, five have to lie still, and
+ * of three with sanitizers two. */
 static void heaps_come_to_rest(void **state)
 {
     (void)state;
-    int at_rest = 0;
-    for (int count = 45; count <= 95; count += 10) {
+    int at_rest = 0, heaps = 0;
+    for (int count = 45; count <= 95; count += SANITIZED ? 20 : 10) {
         char words[64];
         snprintf(words, sizeof words, "boxes --count %d --steps 1500 --stepper quick", count);
         exec_run r = run_words(true, words);
         expect_own_work(&r, "boxes");
         at_rest += exec_number(r.line, "speed_last") < 1e-6 && exec_number(r.line, "kinetic") == 0;
+        heaps++;
         exec_run_free(&r);
     }
-    assert_true(at_rest >= 5);
+    assert_true(at_rest >= heaps - 1);
 }
 
 /* Nothing drives a pile or a wall: what it has it got at the start. */
