@@ -134,17 +134,11 @@ static double momentum_rounding(const pinch_body *body)
     return ROUNDINGS * DBL_EPSILON * (linear + pinch_check_norm3(angular) / body->radius);
 }
 
-/* What is left over of the impulses on a massless drive, which balance along its axis alone. */
-static double drive_left_over(const pinch_problem *problem, const pinch_body *body, const balance *b)
+/* A massless drive balances the forces along its axis alone. */
+static double drive_residual(const pinch_problem *problem, const pinch_body *body, const balance *b)
 {
     double left = -problem->step * body->drive_force;
     for (int i = 0; i < 3; i++) left += b->left[i] * body->drive_axis[i];
-    return left;
-}
-
-static double drive_residual(const pinch_problem *problem, const pinch_body *body, const balance *b)
-{
-    double left = drive_left_over(problem, body, b);
     double size = b->force_size + problem->step * fabs(body->drive_force);
     return size > 0 ? fabs(left) / size : 0;
 }
@@ -511,28 +505,22 @@ static double motion_of(const pinch_body *body, const balance *b)
     return sqrt(energy) + b->force_size / sqrt(body->mass) + b->torque_size * sqrt(slowest);
 }
 
-/* Is what is left of a body's momentum rounding of the velocities of its contacts? Each of them turns these into force
- * by its own law, even where it ends open. */
+/* Is what is left of a body's momentum rounding of the velocities of its contacts? A body at rest may have nothing
+ * else, where what comes near it does not touch it. */
 static bool is_rounding_of_contacts(const pinch_problem *problem, int body, const balance *of)
 {
     const pinch_body *b = &problem->bodies[body];
-    double linear = 0, angular = 0, left[6];
+    double rounding = 0, left[6];
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
         contact_view v;
         if (c->body1 != body && c->body2 != body) continue;
         view_contact(problem, c, &v);
         find_rounding(&v);
-        double each = 1 / gives_way(problem, c, 0);
-        if (c->model != PINCH_CONTACT_FRICTIONLESS) each += 1 / gives_way(problem, c, 1);
-        each *= problem->step * v.rounding[0];
-        linear += each;
-        angular += each * pinch_check_norm3(v.arm[c->body1 == body ? 0 : 1]);
-        if (c->model >= PINCH_CONTACT_SOFT) angular += problem->step * v.rounding[1] / gives_way(problem, c, 3);
+        rounding = pinch_check_larger(v.rounding[0], rounding);
     }
-    if (b->mass == 0) return fabs(drive_left_over(problem, b, of)) <= linear;
     (void)left_over(problem, b, of, left);
-    return pinch_check_norm3(left) <= linear && pinch_check_norm3(left + 3) <= angular;
+    return pinch_check_norm3(left) + pinch_check_norm3(left + 3) / b->radius <= b->mass * rounding;
 }
 
 /* Is what is left of a body's momentum rounding of the forces in its tree of joints (59)? */
@@ -550,8 +538,9 @@ static bool is_rounding_of_tree(const pinch_problem *problem, const pinch_body *
 static bool is_rounding(const pinch_problem *problem, int b, const balance *of, const double *tree_motion)
 {
     const pinch_body *body = &problem->bodies[b];
+    if (body->mass == 0) return false;
     if (is_rounding_of_contacts(problem, b, of)) return true;
-    return problem->row_count > 0 && body->mass > 0 && is_rounding_of_tree(problem, body, of, tree_motion[b]);
+    return problem->row_count > 0 && is_rounding_of_tree(problem, body, of, tree_motion[b]);
 }
 
 /* The largest momentum residual. Where one is above `most`, trees and contacts are looked at. scratch: 3
