@@ -143,8 +143,9 @@ void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island
  * them by a floor of compliance, and the bounce fell short by that. */
 bool pinch_bounces_fall_short(const pinch_contact_store *contacts, const pinch_island *island,
                               const pinch_problem *problem);
-/* push_out.c: lets contacts, as they came, bounce by so much faster as they then gave way. */
-void pinch_bounce_in_full(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem);
+/* push_out.c: lets contacts, as they came, bounce by so much faster as they then gave way more than is prescribed.
+ * Returns whether any does. */
+bool pinch_bounce_in_full(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem);
 /* push_out.c: returns what contacts may put in (J) before partners that drive bodies on are held back. */
 double pinch_most_of_partners(const pinch_island *island);
 /* push_out.c: lets contacts that drive bodies on, as they came, do so at this part of their velocity. */

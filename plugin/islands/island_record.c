@@ -1,27 +1,11 @@
 /* Recording the solves of islands: a problem is kept as it was before the solve, and shown to the recorder after. */
 #include "islands/island_life.h"
 
-#include <string.h>
-
-/* Copies a problem into buffers of its own. Returns false when memory runs out. */
-static bool copy_problem(const pinch_problem *problem, pinch_problem_buffers *to, pinch_problem *copy)
-{
-    if (!pinch_reserve_problem(to, problem->body_count, problem->contact_count, problem->row_count)) return false;
-    *copy = *problem;
-    copy->bodies = to->bodies.items;
-    copy->contacts = to->contacts.items;
-    copy->rows = to->rows.items;
-    memcpy(copy->bodies, problem->bodies, sizeof *copy->bodies * (size_t)problem->body_count);
-    memcpy(copy->contacts, problem->contacts, sizeof *copy->contacts * (size_t)problem->contact_count);
-    memcpy(copy->rows, problem->rows, sizeof *copy->rows * (size_t)problem->row_count);
-    return true;
-}
-
 void pinch_begin_recording(const pinch_step_context *context, pinch_solver_thread *thread, const pinch_problem *problem,
                            pinch_problem *before)
 {
     before->body_count = 0; /* nothing is recorded */
-    if (!context->settings.recorder || !copy_problem(problem, &thread->before, before)) return;
+    if (!context->settings.recorder || !pinch_copy_problem(problem, &thread->before, before)) return;
     before->memory = NULL;
     if (!problem->memory) return;
     pinch_step_factors factors = pinch_step_memory_read(problem->memory);

@@ -112,12 +112,13 @@ static pinch_solver_settings settings_of(const island_solve *s, int attempt)
     const pinch_step_context *context = s->context;
     const pinch_island *island = s->island;
     pinch_solver_settings settings = context->settings.solver;
+    int iterations = dWorldGetQuickStepNumIterations(context->world);
     if (settings.budget == 0)
         settings.budget = pinch_budget_of(context, island, pinch_went_wrong_lately(context, s->graph, island));
     if (!pinch_island_may_be_swept(context, island))
         settings.sweeps = 0;
     else if (settings.sweeps == 0)
-        settings.sweeps = dWorldGetQuickStepNumIterations(context->world);
+        settings.sweeps = iterations > 0 ? iterations : 0;
     settings.sweeps_alone = island->sweeps_alone;
     if (attempt == 1) settings.newton_finish = true;
     if (attempt > 0) settings.solver = attempt == 1 ? PINCH_SOLVER_NSNMGK : PINCH_SOLVER_NEWTON;
@@ -288,24 +289,42 @@ static verdict judge(island_solve *s, bool pushes, const push *p)
     return found;
 }
 
+/* Contacts that give way by a raised floor, or in sweeps, are jammed. */
+static bool is_soft(const pinch_step_result *result)
+{
+    return result->swept || result->too_soft || result->floor_level > 0;
+}
+
+/* Does an answer put in no more than the first one may, or did? */
+static bool puts_in_as_little(const island_solve *s, const pinch_island *first, verdict found)
+{
+    static const double SAME = 1.01; /* a full bounce off a partner that drives the body on takes a little more */
+    const pinch_island *island = s->island;
+    bool joints = !found.joints || island->joints.work <= SAME * first->joints.work;
+    return joints && (!found.contacts || island->push_work <= SAME * first->push_work);
+}
+
 /*
- * Solves once more where contacts bounced in a good answer, now with what they gave way by: with their compliance alone
- * a ball would lose 1e-4 of its speed and more in each bounce. Where there is no good answer then, the first stands.
+ * Solves once more where contacts bounced, now with what they gave way by: with their compliance alone a ball would
+ * lose 1e-4 of its speed and more in each bounce. Where that has no answer as good as the first, the first stands.
  */
 static void bounce_in_full(island_solve *s, bool pushes, const push *p)
 {
-    const pinch_step_result *result = &s->island->result;
-    if (result->swept || result->too_soft || result->floor_level > 0) return; /* jammed, not thrown back */
-    if (!pinch_bounces_fall_short(s->contacts, s->island, &s->problem)) return;
+    pinch_island first = *s->island;
+    pinch_problem answer;
+    if (is_soft(&first.result) || !pinch_bounces_fall_short(s->contacts, s->island, &s->problem)) return;
+    if (!pinch_copy_problem(&s->problem, &s->thread->first, &answer)) {
+        s->island->status = PINCH_OUT_OF_MEMORY;
+        s->island->phase = PINCH_ISLAND_AWAKE;
+        return;
+    }
     push_at(s, p);
-    pinch_bounce_in_full(s->contacts, s->island, &s->problem);
-    try_solvers(s);
-    verdict v = {true, true, false};
-    if (pinch_island_is_solved(s->island)) v = judge(s, pushes, p);
-    if (!v.joints && !v.contacts) return;
-    push_at(s, p);
-    try_solvers(s);
-    if (pinch_island_is_solved(s->island)) (void)judge(s, pushes, p);
+    bool differs = pinch_bounce_in_full(s->contacts, s->island, &s->problem);
+    if (differs) try_solvers(s);
+    bool solved = differs && pinch_island_is_solved(s->island) && !is_soft(&s->island->result);
+    if (solved && puts_in_as_little(s, &first, judge(s, pushes, p))) return;
+    pinch_copy_items(&answer, &s->problem);
+    *s->island = first;
 }
 
 enum { TRIES = 4, WITH_PARTNERS = TRIES + 2 }; /* the last two hold back partners that drive bodies on */
@@ -364,13 +383,10 @@ static void solve_in_bounds(island_solve *s)
         if (!pinch_island_is_solved(island)) return;
         verdict v = judge(s, pushes, &p);
         bool good = !v.joints && !v.contacts, judged = known && (!jointed || isfinite(j->work));
-        if (good || last || !judged || try == WITH_PARTNERS || (try >= TRIES && !v.partners)) {
-            if (good) bounce_in_full(s, pushes, &p);
-            break;
-        }
+        if (good || last || !judged || try == WITH_PARTNERS || (try >= TRIES && !v.partners)) break;
         slow_down(s, try, v, &p);
     }
-    if (!pinch_island_is_solved(island)) return;
+    bounce_in_full(s, pushes, &p);
     if (pushes) pinch_close_push(s->context, &s->problem, p.pace, island);
 }
 

@@ -510,9 +510,10 @@ bool pinch_bounces_fall_short(const pinch_contact_store *contacts, const pinch_i
     return any;
 }
 
-void pinch_bounce_in_full(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem)
+bool pinch_bounce_in_full(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem)
 {
     walk at = {contacts, island, 0, 0};
+    bool any = false;
     for (int k = 0; k < problem->contact_count; k++) {
         pinch_contact *c = &problem->contacts[k];
         pinch_own_law *own = next_own(&at);
@@ -521,7 +522,9 @@ void pinch_bounce_in_full(const pinch_contact_store *contacts, const pinch_islan
         double more = fmax(own->gave_way - prescribed, 0);
         c->surface_velocity[0] -= more;
         own->rebound += more;
+        any = any || more > 0;
     }
+    return any;
 }
 
 double pinch_most_of_partners(const pinch_island *island)

@@ -62,6 +62,7 @@ void pinch_solver_pool_destroy(pinch_solver_pool *pool)
         pinch_step_solver_destroy(pool->thread[k].solver);
         pinch_problem_buffers_free(&pool->thread[k].buffers);
         pinch_problem_buffers_free(&pool->thread[k].before);
+        pinch_problem_buffers_free(&pool->thread[k].first);
         rise_free(&pool->thread[k].rise);
         pinch_step_memory_destroy(pool->thread[k].memory_before);
     }
@@ -84,7 +85,8 @@ static size_t thread_bytes(const pinch_solver_pool *pool)
     size_t sum = 0;
     for (int k = 0; k < pool->threads; k++)
         sum += pinch_step_solver_memory(pool->thread[k].solver, NULL) + buffer_bytes(&pool->thread[k].buffers) +
-               buffer_bytes(&pool->thread[k].before) + rise_bytes(&pool->thread[k].rise);
+               buffer_bytes(&pool->thread[k].before) + buffer_bytes(&pool->thread[k].first) +
+               rise_bytes(&pool->thread[k].rise);
     return sum;
 }
 
@@ -100,6 +102,24 @@ bool pinch_reserve_problem(pinch_problem_buffers *buffers, int bodies, int conta
 {
     return RESERVE_AND_COUNT(buffers->bodies, bodies) && RESERVE_AND_COUNT(buffers->contacts, contacts) &&
            RESERVE_AND_COUNT(buffers->rows, rows);
+}
+
+bool pinch_copy_problem(const pinch_problem *problem, pinch_problem_buffers *to, pinch_problem *copy)
+{
+    if (!pinch_reserve_problem(to, problem->body_count, problem->contact_count, problem->row_count)) return false;
+    *copy = *problem;
+    copy->bodies = to->bodies.items;
+    copy->contacts = to->contacts.items;
+    copy->rows = to->rows.items;
+    pinch_copy_items(problem, copy);
+    return true;
+}
+
+void pinch_copy_items(const pinch_problem *from, pinch_problem *to)
+{
+    memcpy(to->bodies, from->bodies, sizeof *to->bodies * (size_t)from->body_count);
+    memcpy(to->contacts, from->contacts, sizeof *to->contacts * (size_t)from->contact_count);
+    memcpy(to->rows, from->rows, sizeof *to->rows * (size_t)from->row_count);
 }
 
 bool pinch_reserve_rise(pinch_rise *rise, int bodies, int contacts)
@@ -134,6 +154,13 @@ static void trim(void **items, int *room, int *most, size_t item_size)
 
 #define TRIM(list) trim((void **)&(list).items, &(list).room, &(list).count, sizeof *(list).items)
 
+static void trim_buffers(pinch_problem_buffers *buffers)
+{
+    TRIM(buffers->bodies);
+    TRIM(buffers->contacts);
+    TRIM(buffers->rows);
+}
+
 void pinch_trim_solver_pool(pinch_solver_pool *pool, long step)
 {
     if (pool->trim_span == 0) pool->trim_span = FIRST_SPAN;
@@ -144,12 +171,10 @@ void pinch_trim_solver_pool(pinch_solver_pool *pool, long step)
         pool->missed_above = 0;
     }
     for (int k = 0; k < pool->threads; k++) {
-        pinch_problem_buffers *buffers = &pool->thread[k].buffers;
         pinch_rise *rise = &pool->thread[k].rise;
         pinch_step_solver_trim(pool->thread[k].solver, LITTLE);
-        TRIM(buffers->bodies);
-        TRIM(buffers->contacts);
-        TRIM(buffers->rows);
+        trim_buffers(&pool->thread[k].buffers);
+        trim_buffers(&pool->thread[k].first);
         TRIM(rise->order);
         TRIM(rise->bodies);
         TRIM(rise->contacts);

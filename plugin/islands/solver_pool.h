@@ -51,6 +51,7 @@ typedef struct pinch_rise {
 typedef struct pinch_solver_thread {
     pinch_step_solver *solver;
     pinch_problem_buffers buffers;
+    pinch_problem_buffers first; /* an answer that stands until there is a better one */
     pinch_rise rise;
     pinch_problem_buffers before;     /* with a recorder: the problem as it was before its solve, */
     pinch_step_memory *memory_before; /* and its memory */
@@ -74,6 +75,10 @@ size_t pinch_solver_pool_bytes(const pinch_solver_pool *pool);
 
 /* Makes room in the buffers. Returns false when memory runs out. */
 bool pinch_reserve_problem(pinch_problem_buffers *buffers, int bodies, int contacts, int rows);
+/* Makes a copy of a problem with items of its own, in these buffers. Returns false when memory runs out. */
+bool pinch_copy_problem(const pinch_problem *problem, pinch_problem_buffers *to, pinch_problem *copy);
+/* Copies the items of a problem to one that has as many. */
+void pinch_copy_items(const pinch_problem *from, pinch_problem *to);
 /* Makes room for the bodies and contacts of a problem. Returns false when memory runs out. */
 bool pinch_reserve_rise(pinch_rise *rise, int bodies, int contacts);
 void pinch_problem_buffers_free(pinch_problem_buffers *buffers);

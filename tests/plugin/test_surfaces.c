@@ -370,6 +370,26 @@ static void test_bounces_are_exact(void **state)
     }
 }
 
+/* A surface that moves along its normal is a bat: v+ = e (v + u) + u. */
+static void test_bats_are_exact(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 9; k++) {
+        double e = (double[]){1, 0.7, 0.3}[k % 3], u = (double[]){0.1, 0.5, 3}[k / 3], expected = e * (2 + u) + u;
+        arena a;
+        arena_make(&a, 0.002);
+        dWorldSetGravity(a.world, 0, 0, 0);
+        a.surface.mode |= dContactBounce | dContactMotionN;
+        a.surface.bounce = e;
+        a.surface.motionN = u;
+        dBodyID ball = add_sphere(&a, 0.05, 1, 0.15);
+        dBodySetLinearVel(ball, 0, 0, -2);
+        while (dBodyGetLinearVel(ball)[2] < 0) arena_run(&a, 0.002);
+        assert_true(fabs(dBodyGetLinearVel(ball)[2] / expected - 1) < 1e-6);
+        arena_free(&a);
+    }
+}
+
 /* A cube with contacts at random points, some of which contradict each other, turning and bouncing. */
 static void add_random_contacts(arena *a, pinch_random *random)
 {
@@ -671,6 +691,7 @@ int main(void)
         cmocka_unit_test(test_bounce),
         cmocka_unit_test(test_no_bounce_is_more_than_elastic),
         cmocka_unit_test(test_bounces_are_exact),
+        cmocka_unit_test(test_bats_are_exact),
         cmocka_unit_test(test_bounces_give_no_energy),
         cmocka_unit_test(test_each_contact_has_its_own_surface),
         cmocka_unit_test(test_slip),
