@@ -1,6 +1,6 @@
 /*
- * The step of an island with the forces as unknowns, equations (22) to (29) and (54) of core/README.md: for stiff
- * contacts, where the velocity system fails, and for large islands, whose linear systems are sparse here.
+ * The step of an island with the forces as unknowns, equations (22) to (29), (54) and others of core/README.md: for
+ * stiff contacts, where the velocity system fails, and for large islands, whose linear systems are sparse here.
  * README.md of this room says what each file does.
  */
 #ifndef PINCH_FORCE_FORCE_SYSTEM_H

@@ -325,9 +325,9 @@ typedef struct pinch_ode_load {
     double normal_force;       /* N, >= 0: the points' normal forces added up as numbers */
     double torsion;            /* N m: the points' torsional moments added up, about normals into the geom */
     double slip_margin;  /* 1 - hypot(|tangential| / friction limit, torsion / torsional limit), the unused part of
-                          * the limit of the pair's points together: 1 for no friction at all, 0 while the pair
-                          * slips. Of a geom's pairs, the least. NaN where nothing presses and friction has no limit of
-                          * its own, and without friction */
+                          * the limit of the pair's points together: 1 where the friction force is zero, 0 while the
+                          * pair slips. Of a geom's pairs, the least. NaN where nothing presses and friction has no
+                          * limit of its own, and where the friction coefficient is 0 */
     double least_margin; /* the same of the single point that is nearest to slipping */
     double slip_total;   /* m: length of the path that the pair has slipped since it touched; of a geom's pairs,
                           * the longest */

@@ -13,8 +13,8 @@ extern "C" {
 
 /*
  * Pinch as the contact solver of an ODE program that stays as it is. Include this header after (or instead of)
- * <ode/ode.h> in every source file that makes or destroys joints, joint groups, geoms, spaces or worlds, sets moved
- * callbacks, or steps a world, and link libpinch_ode. The calls below then go through Pinch: contact joints are still
+ * <ode/ode.h> in every source file that calls ODE, and link libpinch_ode: a file without it that makes one of the calls
+ * below hides from Pinch what it sets, as the axis of a joint. The calls below then go through Pinch: contact joints are still
  * contact joints of ODE's, and a step solves those that Pinch has a law for, by their surface parameters, and leaves
  * the others to ODE (see pinch_ode_add_joint in <pinch/ode.h>). A step that Pinch refuses, because memory ran out or
  * the state of a body is not finite, is ODE's own step as the program asked for it, and is counted; the contact
