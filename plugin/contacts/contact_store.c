@@ -301,6 +301,7 @@ int pinch_keep_surface(pinch_contact_store *store, const pinch_surface *surface,
         pinch_kept_surface *kept = &store->surfaces.items[store->surfaces.count++];
         kept->key = key;
         memcpy(&kept->surface, surface, sizeof *surface);
+        store->any_bounces = store->any_bounces || surface->bounce != 0;
     }
     return store->last_surface = index;
 }

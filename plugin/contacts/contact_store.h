@@ -133,6 +133,7 @@ typedef struct pinch_contact_store {
     PINCH_LIST(pinch_kept_surface) surfaces;
     pinch_item_index surface_index;
     PINCH_LIST(int) surface_places; /* scratch of the sweep */
+    bool any_bounces;               /* is there, or was there, a surface that does? */
     int surfaces_swept;             /* how many there were when unused ones were last dropped */
     int last_surface;               /* asked for, -1 for none */
     struct {

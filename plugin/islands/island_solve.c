@@ -310,9 +310,9 @@ static bool puts_in_as_little(const island_solve *s, const pinch_island *first, 
  */
 static void bounce_in_full(island_solve *s, bool pushes, const push *p)
 {
+    if (is_soft(&s->island->result) || !pinch_bounces_fall_short(s->contacts, s->island, &s->problem)) return;
     pinch_island first = *s->island;
     pinch_problem answer;
-    if (is_soft(&first.result) || !pinch_bounces_fall_short(s->contacts, s->island, &s->problem)) return;
     if (!pinch_copy_problem(&s->problem, &s->thread->first, &answer)) {
         s->island->status = PINCH_OUT_OF_MEMORY;
         s->island->phase = PINCH_ISLAND_AWAKE;

@@ -499,7 +499,7 @@ bool pinch_bounces_fall_short(const pinch_contact_store *contacts, const pinch_i
 {
     walk at = {contacts, island, 0, 0};
     bool any = false;
-    for (int k = 0; k < problem->contact_count; k++) {
+    for (int k = 0; k < problem->contact_count && contacts->any_bounces; k++) {
         const pinch_contact *c = &problem->contacts[k];
         pinch_own_law *own = next_own(&at);
         if (!own) continue;

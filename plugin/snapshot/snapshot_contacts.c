@@ -81,7 +81,10 @@ static void archive_surface(pinch_archive *a, pinch_kept_surface *kept)
 static void archive_surfaces(pinch_archive *a, pinch_contact_store *store)
 {
     PINCH_ARCHIVE_LIST(a, store->surfaces, SURFACE_BYTES);
-    for (int i = 0; i < store->surfaces.count; i++) archive_surface(a, &store->surfaces.items[i]);
+    for (int i = 0; i < store->surfaces.count; i++) {
+        archive_surface(a, &store->surfaces.items[i]);
+        store->any_bounces = store->any_bounces || store->surfaces.items[i].surface.bounce != 0;
+    }
     pinch_archive_index(a, &store->surface_index, PINCH_ITEM_KEYS(store->surfaces, pinch_kept_surface, key),
                         store->surfaces.count);
     PINCH_ARCHIVE(a, store->surfaces_swept);
