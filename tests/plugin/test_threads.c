@@ -33,6 +33,8 @@ typedef enum heap_kind { BOXES, SPHERES, JOINTED_BOXES, SWEPT_BOXES } heap_kind;
 
 enum { POINTS = 8 };
 
+static double restitution; /* of all contacts that programs make */
+
 static int look(void *context, dGeomID a, dGeomID b, int room, dContact *contact)
 {
     (void)context;
@@ -41,6 +43,8 @@ static int look(void *context, dGeomID a, dGeomID b, int room, dContact *contact
     for (int i = 0; i < count; i++) {
         contact[i].surface.mode = dContactApprox1;
         contact[i].surface.mu = 0.5;
+        if (restitution > 0) contact[i].surface.mode |= dContactBounce;
+        contact[i].surface.bounce = restitution;
     }
     return count;
 }
@@ -160,6 +164,7 @@ static void add_hand(program *p, int k)
 static void start(program *p, int threads, pinch_ode_stepper stepper, double budget)
 {
     memset(p, 0, sizeof *p);
+    restitution = 0;
     p->world = dWorldCreate();
     p->space = dSimpleSpaceCreate(NULL);
     dWorldSetGravity(p->world, 0, 0, -9.81);
@@ -223,6 +228,20 @@ static void make_yard(program *p, heap_kind none, int threads)
         number[k] = k;
         dGeomSetData(dBodyGetFirstGeom(body), &number[k]);
         if (k % 3 > 0) dBodySetLinearVel(body, 0.3 * (k % 3), 0.1, 0);
+    }
+}
+
+/* Boxes in pairs strike the ground and each other. */
+static void make_bouncing_pairs(program *p, heap_kind none, int threads)
+{
+    (void)none;
+    start(p, threads, PINCH_ODE_QUICKSTEP, MUCH);
+    restitution = 0.7;
+    dCreatePlane(p->space, 0, 0, 1, 0);
+    for (int k = 0; k < YARD; k++) {
+        dBodyID body = add_box(p, 0.1, 1 + k % 3, 0.5 * (k / 2 % ROW), 0.5 * (k / 2 / ROW), 0.051 + 0.102 * (k % 2));
+        dBodySetLinearVel(body, sin(5.0 * k), cos(7.0 * k), -2);
+        dBodySetAngularVel(body, 0, 0, sin(3.0 * k));
     }
 }
 
@@ -361,6 +380,14 @@ static void test_a_heap_that_is_swept(void **state)
     assert_true(test_heap(SWEPT_BOXES).swept_islands > 0);
 }
 
+static void test_boxes_that_bounce(void **state)
+{
+    (void)state;
+    const test_world pairs = {make_bouncing_pairs, BOXES, SANITIZED ? 10 : 40, 5e-3};
+    pinch_ode_stats one = same_with_any_number(&pairs);
+    assert_true(one.islands > YARD && one.fallback_islands == 0);
+}
+
 static void test_contacts_that_change(void **state)
 {
     (void)state;
@@ -434,6 +461,7 @@ int main(void)
         cmocka_unit_test(test_a_heap_of_spheres),
         cmocka_unit_test(test_a_heap_of_jointed_boxes),
         cmocka_unit_test(test_a_heap_that_is_swept),
+        cmocka_unit_test(test_boxes_that_bounce),
         cmocka_unit_test(test_contacts_that_change),
         cmocka_unit_test(test_a_collision_that_goes_wrong),
         cmocka_unit_test(test_threads_out_of_range_are_refused),
