@@ -510,6 +510,10 @@ bool pinch_bounces_fall_short(const pinch_contact_store *contacts, const pinch_i
     return any;
 }
 
+/* A bounce falls short by no more than this part of it. What presses on a contact besides, as the weight of what comes
+ * to rest in ever smaller bounces, is no part of it. */
+static const double SHORT_BY = 0.1;
+
 bool pinch_bounce_in_full(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem)
 {
     walk at = {contacts, island, 0, 0};
@@ -519,7 +523,7 @@ bool pinch_bounce_in_full(const pinch_contact_store *contacts, const pinch_islan
         pinch_own_law *own = next_own(&at);
         if (!own || !(own->impact > 0)) continue;
         double prescribed = own->impact / (problem->step * c->stiffness[0] + c->damping[0]);
-        double more = fmax(own->gave_way - prescribed, 0);
+        double more = fmin(fmax(own->gave_way - prescribed, 0), SHORT_BY * own->rebound);
         c->surface_velocity[0] -= more;
         own->rebound += more;
         any = any || more > 0;

@@ -390,6 +390,24 @@ static void test_bats_are_exact(void **state)
     }
 }
 
+/* What bounces at any speed comes to rest all the same, and exactly. */
+static void test_what_bounces_comes_to_rest(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 6; k++) {
+        arena a;
+        arena_make(&a, k % 2 ? 0.005 : 0.001);
+        a.surface.mode |= dContactBounce;
+        a.surface.bounce = (double[]){0.3, 0.5, 0.8}[k / 2];
+        (void)add_sphere(&a, 0.05, 1, 0.3);
+        (void)add_box(&a, 0.2, 1, 1, 0.3);
+        (void)add_box(&a, 0.2, 1, 1.02, 0.55);
+        arena_run(&a, 8);
+        for (int i = 0; i < a.count; i++) assert_true(speed_of(a.body[i]) == 0);
+        arena_free(&a);
+    }
+}
+
 /* A cube with contacts at random points, some of which contradict each other, turning and bouncing. */
 static void add_random_contacts(arena *a, pinch_random *random)
 {
@@ -692,6 +710,7 @@ int main(void)
         cmocka_unit_test(test_no_bounce_is_more_than_elastic),
         cmocka_unit_test(test_bounces_are_exact),
         cmocka_unit_test(test_bats_are_exact),
+        cmocka_unit_test(test_what_bounces_comes_to_rest),
         cmocka_unit_test(test_bounces_give_no_energy),
         cmocka_unit_test(test_each_contact_has_its_own_surface),
         cmocka_unit_test(test_slip),
