@@ -543,8 +543,8 @@ static bool is_rounding(const pinch_problem *problem, int b, const balance *of, 
     return problem->row_count > 0 && is_rounding_of_tree(problem, body, of, tree_motion[b]);
 }
 
-/* The largest momentum residual. Where one is above `most`, trees and contacts are looked at. scratch: 3
- * doubles per body */
+/* The largest momentum residual. Where one is above `most`, trees and contacts are looked at. scratch: 3 doubles per
+ * body */
 static void check_momentum(const pinch_problem *problem, double most, const balance *balances, double *scratch,
                            pinch_step_result *check)
 {
