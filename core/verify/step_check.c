@@ -505,20 +505,25 @@ static double motion_of(const pinch_body *body, const balance *b)
     return sqrt(energy) + b->force_size / sqrt(body->mass) + b->torque_size * sqrt(slowest);
 }
 
+/* Finds for each body the largest rounding of the velocities of its contacts, m/s. */
+static void find_roundings_of_bodies(const pinch_problem *problem, double *rounding)
+{
+    for (int b = 0; b < problem->body_count; b++) rounding[b] = 0;
+    for (int k = 0; k < problem->contact_count; k++) {
+        contact_view v;
+        view_contact(problem, &problem->contacts[k], &v);
+        find_rounding(&v);
+        for (int side = 0; side < 2; side++)
+            if (v.body[side]) note_largest(&rounding[v.body[side] - problem->bodies], v.rounding[0]);
+    }
+}
+
 /* Is what is left of a body's momentum rounding of the velocities of its contacts? A body at rest may have nothing
  * else, where what comes near it does not touch it. */
-static bool is_rounding_of_contacts(const pinch_problem *problem, int body, const balance *of)
+static bool is_rounding_of_contacts(const pinch_problem *problem, const pinch_body *b, const balance *of,
+                                    double rounding)
 {
-    const pinch_body *b = &problem->bodies[body];
-    double rounding = 0, left[6];
-    for (int k = 0; k < problem->contact_count; k++) {
-        const pinch_contact *c = &problem->contacts[k];
-        contact_view v;
-        if (c->body1 != body && c->body2 != body) continue;
-        view_contact(problem, c, &v);
-        find_rounding(&v);
-        rounding = pinch_check_larger(v.rounding[0], rounding);
-    }
+    double left[6];
     (void)left_over(problem, b, of, left);
     return pinch_check_norm3(left) + pinch_check_norm3(left + 3) / b->radius <= b->mass * rounding;
 }
@@ -535,31 +540,27 @@ static bool is_rounding_of_tree(const pinch_problem *problem, const pinch_body *
     return sqrt(length2) <= ROUNDINGS * DBL_EPSILON * tree_motion;
 }
 
-static bool is_rounding(const pinch_problem *problem, int b, const balance *of, const double *tree_motion)
-{
-    const pinch_body *body = &problem->bodies[b];
-    if (body->mass == 0) return false;
-    if (is_rounding_of_contacts(problem, b, of)) return true;
-    return problem->row_count > 0 && is_rounding_of_tree(problem, body, of, tree_motion[b]);
-}
-
 /* The largest momentum residual. Where one is above `most`, trees and contacts are looked at. scratch: 3 doubles per
  * body */
 static void check_momentum(const pinch_problem *problem, double most, const balance *balances, double *scratch,
                            pinch_step_result *check)
 {
-    double *motion = scratch, *tree_motion = scratch + problem->body_count;
+    double *motion = scratch, *tree_motion = motion + problem->body_count,
+           *rounding = tree_motion + problem->body_count;
     for (int b = 0; b < problem->body_count; b++)
         note_largest(&check->residual_max, momentum_residual(problem, &problem->bodies[b], &balances[b]));
     if (check->residual_max <= most) return;
     for (int b = 0; b < problem->body_count; b++) motion[b] = motion_of(&problem->bodies[b], &balances[b]);
     if (problem->row_count > 0) pinch_tree_motions(problem, motion, tree_motion);
+    find_roundings_of_bodies(problem, rounding); /* in what was scratch of the trees */
     check->residual_max = 0;
     for (int b = 0; b < problem->body_count; b++) {
         const pinch_body *body = &problem->bodies[b];
         double residual = momentum_residual(problem, body, &balances[b]);
-        if (!(residual <= most) && is_rounding(problem, b, &balances[b], tree_motion)) continue;
-        note_largest(&check->residual_max, residual);
+        bool rounded = !(residual <= most) && body->mass > 0 &&
+                       (is_rounding_of_contacts(problem, body, &balances[b], rounding[b]) ||
+                        (problem->row_count > 0 && is_rounding_of_tree(problem, body, &balances[b], tree_motion[b])));
+        if (!rounded) note_largest(&check->residual_max, residual);
     }
 }
 

@@ -119,7 +119,7 @@ static void test_refusals(void **state)
     assert_int_equal(pinch_tip_take_over(dRayClass, dSphereClass), PINCH_INVALID_ARGUMENT);
 }
 
-/* Where is the surface nearest to a point that is nowhere? */
+/* A point with a coordinate that is infinite or no number is refused. */
 static void test_points_that_are_none(void **state)
 {
     (void)state;

@@ -182,6 +182,33 @@ static void test_rounding_of_a_contact(void **state)
     }
 }
 
+/* A body at rest that another one flies away from has nothing but the rounding of their velocities. */
+static void test_rounding_of_what_is_at_rest(void **state)
+{
+    (void)state;
+    const double moved[4] = {0, 3e-19, 1e-15, 1e-9};
+    for (int k = 0; k < 4; k++) {
+        pinch_body bodies[2];
+        pinch_contact contact = {.body1 = 0, .body2 = 1, .model = PINCH_CONTACT_FRICTIONLESS, .max_force = INFINITY};
+        memset(bodies, 0, sizeof bodies);
+        for (int b = 0; b < 2; b++) {
+            bodies[b].mass = bodies[b].radius = 1;
+            for (int i = 0; i < 3; i++) bodies[b].inertia[4 * i] = 1;
+        }
+        contact.normal[0] = contact.tangent1[1] = 1;
+        contact.stiffness[0] = 1e12;
+        bodies[0].velocity[0] = bodies[0].velocity_end[0] = 0.05;
+        bodies[1].velocity_end[0] = moved[k];
+        pinch_problem problem = {
+            .step = 0.001, .body_count = 2, .bodies = bodies, .contact_count = 1, .contacts = &contact};
+        double scratch[22];
+        pinch_step_result result;
+        memset(&result, 0, sizeof result);
+        if (pinch_step_verify(&problem, 1e-10, scratch, &result) != (k < 2))
+            fail_msg("moves at %g m/s: residual %g", moved[k], result.residual_max);
+    }
+}
+
 /* A row without bounds that asks for another velocity than it has is not excused by a bound. */
 static void test_rows_without_bounds_are_seen(void **state)
 {
@@ -207,9 +234,8 @@ static void test_rows_without_bounds_are_seen(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_rows_without_bounds_are_seen),
-        cmocka_unit_test(test_rounding_of_a_tree),
-        cmocka_unit_test(test_rounding_of_a_contact),
+        cmocka_unit_test(test_rows_without_bounds_are_seen), cmocka_unit_test(test_rounding_of_a_tree),
+        cmocka_unit_test(test_rounding_of_a_contact),        cmocka_unit_test(test_rounding_of_what_is_at_rest),
         cmocka_unit_test(test_small_errors_are_seen),
     };
     return cmocka_run_group_tests_name("check of a step", tests, island_create_solver, island_destroy_solver);
