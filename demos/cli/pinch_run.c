@@ -210,11 +210,14 @@ static void say(void *scene_name, const char *text)
     command_error("run", "%s: %s", (const char *)scene_name, text);
 }
 
-/* Tells at once what the run's start is like. */
-static void remark_overlap(const simulation *s, const world *w)
+/* Tells after the first step what is remarkable about the start, and about the end that is to come. */
+static void remark_start(const simulation *s, const world *w)
 {
     const char *overlap = simulation_so_far(s)->overlap;
-    if (w->steps == 1 && overlap) say(w->scene->name, overlap);
+    char text[SIMULATION_REMARK];
+    if (w->steps != 1) return;
+    if (simulation_duration_remark(w->scene, text)) say(w->scene->name, text);
+    if (overlap) say(w->scene->name, overlap);
 }
 
 /* Goes on to the end of the scene's duration, or until a signal interrupts it. *ended tells how the world's steps
@@ -229,7 +232,7 @@ static command_status simulate(simulation *s, world *w, const run_outputs *out, 
            !(out->csv && ferror(out->csv))) {
         *ended = simulation_step(s);
         if (*ended != WORLD_OK) break;
-        if (out->remarks) remark_overlap(s, w);
+        if (out->remarks) remark_start(s, w);
         progress_show(&line, w->steps, simulation_steps(s), w->time, w->scene->duration);
         if (out->csv) write_csv_row(w, out->csv);
         if (out->pictures && !film_step(out->pictures, w)) *ended = WORLD_NO_MEMORY;

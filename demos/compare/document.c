@@ -108,17 +108,18 @@ static json_t *run_document(const solver_run *c)
 {
     char hash[24];
     bool quick = c->settings.contact_solver == WORLD_QUICKSTEP, pinch = c->settings.contact_solver == WORLD_PINCH;
-    json_t *not_expressed = json_array();
+    json_t *not_expressed = json_array(), *remarks = json_array();
     world_not_expressed(c->w, json_append_text, not_expressed);
+    simulation_remarks(c->w, &c->result, json_append_text, remarks);
     snprintf(hash, sizeof hash, "%016" PRIx64, c->hash);
-    return json_pack("{s:s, s:s, s:o, s:o, s:s, s:o, s:o, s:o, s:o, s:o, s:s, s:o}", "run", c->name, "contact_solver",
-                     world_solver_name(c->settings.contact_solver), "solver",
+    return json_pack("{s:s, s:s, s:o, s:o, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:s, s:o}", "run", c->name,
+                     "contact_solver", world_solver_name(c->settings.contact_solver), "solver",
                      pinch ? json_string(pinch_solver_name(c->settings.solver.solver)) : json_null(),
                      "quickstep_iterations", quick ? json_integer(c->settings.quickstep_iterations) : json_null(),
                      "status", pinch_solve_status_text(world_solve_status(c->w)), "metrics", metrics_document(c),
                      "displacement", json_numbers(c->result.motion.displacement, 3), "fingers", finger_documents(c),
-                     "events", event_documents(c), "not_expressed", not_expressed, "hash", hash, "curves",
-                     curve_documents(c));
+                     "events", event_documents(c), "not_expressed", not_expressed, "remarks", remarks, "hash", hash,
+                     "curves", curve_documents(c));
 }
 
 /* A run in short. Three runs have one: Pinch, quickstep with the first number of iterations, and worldstep. */

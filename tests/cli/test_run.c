@@ -254,6 +254,30 @@ static void test_overlap_is_remarked(void **state)
     }
 }
 
+/* A duration that ends between two steps is rounded, which the run and the comparison say. */
+static void test_rounded_duration_is_remarked(void **state)
+{
+    (void)state;
+    static const char said[] = "a duration of 0.0025 s is 2.5 steps of 0.001 s; the run ends after 0.003 s";
+    static const char *const durations[] = {"0.0025", "0.003"};
+    for (int whole = 0; whole < 2; whole++) {
+        program_result r = PINCH(NULL, "run", SCENE("twist.json"), "--json", "--quiet", "--duration", durations[whole]);
+        has_remarks(&r, whole ? NULL : said, NULL);
+        r = PINCH(NULL, "run", SCENE("twist.json"), "--duration", durations[whole]);
+        assert_int_equal(r.status, 0);
+        assert_int_equal(strstr(r.err, said) != NULL, !whole);
+        program_free(&r);
+        r = PINCH(NULL, "compare", SCENE("twist.json"), "--json", "--quiet", "--duration", durations[whole]);
+        json_t *d = cli_document(&r);
+        const json_t *scene = json_array_get(json_object_get(d, "scenes"), 0);
+        const json_t *remarks = json_object_get(json_array_get(json_object_get(scene, "runs"), 0), "remarks");
+        assert_int_equal(json_array_size(remarks), !whole);
+        if (!whole) assert_string_equal(json_string_value(json_array_get(remarks, 0)), said);
+        json_decref(d);
+        program_free(&r);
+    }
+}
+
 /* So are tips that begin in each other, where one of them can be stopped. */
 static void test_overlap_of_tips_is_remarked(void **state)
 {
@@ -513,6 +537,7 @@ int main(void)
         cmocka_unit_test(test_unsupported_shapes),
         cmocka_unit_test(test_left_behind),
         cmocka_unit_test(test_overlap_is_remarked),
+        cmocka_unit_test(test_rounded_duration_is_remarked),
         cmocka_unit_test(test_overlap_of_tips_is_remarked),
         cmocka_unit_test(test_energy_of_long_steps_is_remarked),
         cmocka_unit_test(test_events),

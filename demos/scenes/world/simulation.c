@@ -3,6 +3,7 @@
 
 #include "common/vector.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -200,10 +201,21 @@ bool simulation_energy_remark(const world *w, char text[SIMULATION_REMARK])
     return true;
 }
 
+bool simulation_duration_remark(const scene *s, char text[SIMULATION_REMARK])
+{
+    static const double ROUNDING = 1e-6; /* of a step */
+    double count = s->duration / s->step;
+    if (fabs(count - round(count)) <= fmax(ROUNDING, 4 * DBL_EPSILON * count)) return false;
+    snprintf(text, SIMULATION_REMARK, "a duration of %.9g s is %.9g steps of %.9g s; the run ends after %.9g s",
+             s->duration, count, s->step, round(count) * s->step);
+    return true;
+}
+
 void simulation_remarks(const world *w, const simulation_result *result,
                         void (*report)(void *context, const char *text), void *context)
 {
     char text[SIMULATION_REMARK];
+    if (simulation_duration_remark(w->scene, text)) report(context, text);
     if (result->overlap) report(context, result->overlap);
     if (simulation_energy_remark(w, text)) report(context, text);
 }

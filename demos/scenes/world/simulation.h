@@ -99,13 +99,15 @@ checkpoint_status simulation_resume(simulation *s, const unsigned char *bytes, s
 /* In one word how the grasp went, by the worst of its events: "held", "slipped", "crushed" or "dropped". */
 const char *simulation_outcome(const simulation_result *result);
 
-/* What makes the result another one than was meant, in a line each: things that begin in each other, steps that put
- * energy in. */
+/* What makes the result another one than was meant, in a line each: a duration between two steps, things that begin in
+ * each other, steps that put energy in. */
 void simulation_remarks(const world *w, const simulation_result *result,
                         void (*report)(void *context, const char *text), void *context);
 enum { SIMULATION_REMARK = 160 };
 /* The remark on the energy of steps; false where there is none. */
 bool simulation_energy_remark(const world *w, char text[SIMULATION_REMARK]);
+/* The remark on a duration that is no whole number of steps; false where it is one. */
+bool simulation_duration_remark(const scene *s, char text[SIMULATION_REMARK]);
 
 /* document.c: the run as `pinch run --json` prints it; NULL when memory runs out. The static answer at the end, which
  * costs a solve of its own, is null without `with_statics`. */
