@@ -41,12 +41,33 @@ void pinch_force_undo(const pinch_force_system *s)
 /* A floor that lets a contact sink by more than this is reported; part of the smaller body's size. */
 static const double MOST_SUNK = 1e-2;
 
+/* Of a thin body, what it has along the normal is what counts: it may sink by this many times that part of it. */
+static const double OF_THICKNESS = 3;
+
+/* Returns the size of a body along a direction (m) by the second moment of its mass: of a ball its diameter, of a plate
+ * 1.3 times its thickness. */
+static double size_along(const pinch_body *b, const double *direction)
+{
+    const double *I = b->inertia, *n = direction;
+    double turned = 0;
+    for (int i = 0; i < 3; i++) turned += n[i] * (I[3 * i] * n[0] + I[3 * i + 1] * n[1] + I[3 * i + 2] * n[2]);
+    double moment = 0.5 * (I[0] + I[4] + I[8]) - turned;
+    return sqrt(20 * pinch_larger(moment, 0) / b->mass);
+}
+
+/* Returns a body's size as far as a contact along the normal may sink by a part of it. */
+static double size_for(const pinch_body *b, const double *normal)
+{
+    return b->mass > 0 ? pinch_smaller(2 * b->radius, OF_THICKNESS * size_along(b, normal)) : 2 * b->radius;
+}
+
 /* Returns by how much a floor lets a contact sink, as a part of the smaller body's size. */
 static double sunk_share(const pinch_problem *problem, const pinch_contact *c, double depth)
 {
     double size = INFINITY;
-    if (c->body1 >= 0) size = pinch_smaller(size, 2 * problem->bodies[c->body1].radius);
-    if (c->body2 >= 0) size = pinch_smaller(size, 2 * problem->bodies[c->body2].radius);
+    if (!(depth > 0)) return 0;
+    if (c->body1 >= 0) size = pinch_smaller(size, size_for(&problem->bodies[c->body1], c->normal));
+    if (c->body2 >= 0) size = pinch_smaller(size, size_for(&problem->bodies[c->body2], c->normal));
     return depth / size;
 }
 

@@ -196,10 +196,11 @@ typedef struct pinch_step_result {
     int floor_level;        /* how often the compliance floor was raised fivefold beyond the first; 0: it was not */
     double floor_depth;     /* m: the most that a floor's compliance lets a contact sink beyond what was prescribed */
     double floor_residual; /* N: the most by which a floor's compliance has a normal force miss the law as prescribed */
-    bool too_soft; /* the floor lets a contact sink by more than a hundredth of its smaller body's size, or a body of a
-                    * stack by more than that of its own size, with all contacts below it, or has a force miss its law
-                    * by more than a hundredth of the largest: the answer is exact and verified, but of an
-                    * island softer than the one asked for, and does not count as converged */
+    bool too_soft;         /* the floor lets a contact sink by more than a hundredth of its smaller body's size, or four
+                            * hundredths of a plate's thickness, or a body of a stack by more than a hundredth of its
+                            * own size, with all contacts below it, or has a force miss its law by more than a
+                            * hundredth of the largest: the answer is exact and verified, but of an island softer than
+                            * the one asked for, and does not count as converged */
     bool gave_way; /* an answer was found that is too soft, or was at a floor that often is, whether or not a stiffer
                     * one was found after it */
 } pinch_step_result;
