@@ -17,9 +17,10 @@
  *    be judged: in a jam, some give what others take. Where joints put in what contacts do not, that is for the
  *    account of joints to judge (energy_account.c).
  *  - What the motors of a mechanism take that drive with all their force and are pushed back, where an overlap pushes
- *    any of its bodies, does not count, about as fast as it pushes them: fingers that squeeze a light body have to
- *    come out of it against their motors. Of other motors and brakes it counts, as contacts might pump against them.
- *    (Springs of joints would give it back.)
+ *    any of its bodies, does not count, about as fast as overlaps push them: fingers that squeeze a light body have to
+ *    come out of it against their motors, and out of what that body is pressed into. Of other motors and brakes it
+ *    counts, as contacts might pump against them. What goes into springs of joints does not count in the same way: a
+ *    spring gives no more back than once, and bodies that it drives into each other again lose that in contacts.
  *  - They keep a balance, as joints do: they may put in what bodies have lost in contacts not long before (time-domain
  *    passivity), about twice the energy that overlaps ask for by themselves, once, and a part of a step's fall, with
  *    which all overlaps go in the end. Joints may hang all bodies of an island on one that is pushed. With more in each
@@ -396,42 +397,76 @@ static double lever_of(const pinch_body *body, const pinch_contact *c)
     return PART * fmax(pinch_v3_norm(arm), body->radius);
 }
 
+/* Returns how fast (m/s) the next contact pushes its bodies apart as it presses them; 0 where it does not. An overlap
+ * that is handed over again as it was, while its bodies move, is not known any more: programs keep contacts for some
+ * steps, and would be pushed out too far. */
+static double press_of(const pinch_contact_store *contacts, const pinch_problem *problem, const pinch_island *island,
+                       walk *at, const pinch_contact *c)
+{
+    bool known = !pinch_island_pair(contacts, island->pairs, at->pair)->unchanged;
+    double push = push_of(c, next_law(at), problem->step);
+    return known && c->force[0] > 0 ? push : 0;
+}
+
 /*
- * Returns the speed (m/s or rad/s) at which overlaps push a mechanism along a row of it, at most: they ask for it where
- * they press its bodies, and a row that turns goes round at that speed over the lever. An overlap that is handed over
- * again as it was, while its bodies move, is not known any more: programs keep contacts for some steps, and would be
- * pushed out too far.
+ * Returns the speed (m/s or rad/s) along a row at which all overlaps come apart at once. What lies between a mechanism
+ * and something that does not give way pushes it by the sum of their speeds: of each pair by the mean, as far as it
+ * bears the force of the row. per_push: how far the row goes for each metre that bodies of the mechanism are pushed.
  */
+static double pushed_by_all(const pinch_contact_store *contacts, const pinch_problem *problem,
+                            const pinch_island *island, const pinch_joint_row *row, double per_push)
+{
+    double power = 0, most = fabs(row->force) * per_push;
+    walk at = {contacts, island, 0, 0};
+    for (int k = 0; k < problem->contact_count;) {
+        const pinch_contact *pair = &problem->contacts[k];
+        double force = 0, of_pair = 0;
+        for (; k < problem->contact_count; k++) {
+            const pinch_contact *c = &problem->contacts[k];
+            if (c->body1 != pair->body1 || c->body2 != pair->body2) break;
+            double push = press_of(contacts, problem, island, &at, c);
+            if (!(push > 0)) continue;
+            force += c->force[0];
+            of_pair += c->force[0] * push;
+        }
+        power += force > most ? of_pair * (most / force) : of_pair;
+    }
+    return power / fabs(row->force);
+}
+
+/* Returns the speed (m/s or rad/s) at which overlaps push a mechanism along a row of it, at most: they ask for it where
+ * they press its bodies, and a row that turns goes round at that speed over the lever. */
 static double pushed_along(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
                            const pinch_problem *problem, const pinch_island *island, const pinch_joint_row *row)
 {
     int number = row->body1 >= 0 ? row->body1 : row->body2;
     if (number < 0) return 0;
     int mechanism = pinch_mechanism_of(bodies, island->bodies, number);
-    double fastest = 0, moves = pinch_v3_norm(row->body1 >= 0 ? row->j1 : row->j2);
+    double fastest = 0, per_push = INFINITY, moves = pinch_v3_norm(row->body1 >= 0 ? row->j1 : row->j2);
     walk at = {contacts, island, 0, 0};
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
-        bool known = !pinch_island_pair(contacts, island->pairs, at.pair)->unchanged;
-        double push = push_of(c, next_law(&at), problem->step);
-        if (!(push > 0 && c->force[0] > 0 && known)) continue;
-        if (!touches_mechanism(bodies, island->bodies, c, mechanism)) continue;
-        fastest = fmax(fastest, moves > 0 ? moves * push : push / lever_of(&problem->bodies[number], c));
+        double push = press_of(contacts, problem, island, &at, c);
+        if (!(push > 0) || !touches_mechanism(bodies, island->bodies, c, mechanism)) continue;
+        double goes = moves > 0 ? moves : 1 / lever_of(&problem->bodies[number], c);
+        fastest = fmax(fastest, goes * push);
+        per_push = fmin(per_push, goes);
     }
-    return fastest;
+    return fastest > 0 ? fmax(fastest, pushed_by_all(contacts, problem, island, row, per_push)) : 0;
 }
 
-/* Returns the work (J, <= 0) of motors that press bodies into overlaps and are pushed back: those of the fingers that
- * are pushed, however far from the contact, as fast as they are pushed. What else drives them back, as a flywheel does,
- * counts. */
-static double taken_by_motors(const pinch_contact_store *contacts, const pinch_joint_store *joints,
-                              const pinch_step_bodies *bodies, const pinch_problem *problem, const pinch_island *island)
+/* Returns the work (J, <= 0) of motors and springs that press bodies into overlaps and are pushed back: those of the
+ * fingers that are pushed, however far from the contact, as fast as they are pushed. What else drives them back, as a
+ * flywheel does, counts. put_in: what is to be made up for (J). */
+static double taken_by_drives(const pinch_contact_store *contacts, const pinch_joint_store *joints,
+                              const pinch_step_bodies *bodies, const pinch_problem *problem, const pinch_island *island,
+                              double put_in)
 {
     double work = 0;
     bool found = false;
-    for (int k = 0; k < problem->row_count; k++) {
+    for (int k = 0; k < problem->row_count && work > -put_in; k++) {
         const pinch_joint_row *row = &problem->rows[k];
-        double taken = pinch_work_taken_by_motor(problem, row);
+        double taken = pinch_work_taken_by_drive(problem, row);
         if (!(taken < 0)) continue;
         if (!found) pinch_find_mechanisms(joints, bodies, island->bodies, &island->joints);
         found = true;
@@ -451,7 +486,7 @@ void pinch_judge_push(const pinch_step_context *context, const pinch_contact_sto
     if (island->joints.joint_rows > 0) {
         by_contacts = pinch_contact_work(problem);
         put_in = island->joints.work + by_contacts + lag; /* without what motors and springs of joints do */
-        if (put_in > 0) put_in = fmax(put_in + taken_by_motors(contacts, joints, bodies, problem, island), 0);
+        if (put_in > 0) put_in = fmax(put_in + taken_by_drives(contacts, joints, bodies, problem, island, put_in), 0);
     }
     double lifting = !island->result.swept ? work_of_lifting(context, contacts, bodies, problem, island) : 0;
     put_in -= of_surfaces;

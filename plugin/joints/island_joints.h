@@ -35,9 +35,9 @@ double pinch_kinetic_gain(const pinch_step_bodies *bodies, pinch_range range, co
 /* joint_energy.c: returns the work (J) of contacts by the velocities at the end of a step, but for what their surfaces
  * do that move by themselves. */
 double pinch_contact_work(const pinch_problem *problem);
-/* joint_energy.c: returns the work (J, < 0) of a motor that drives with all its force and is pushed back all the same;
- * 0 for other rows. */
-double pinch_work_taken_by_motor(const pinch_problem *problem, const pinch_joint_row *row);
+/* joint_energy.c: returns the work (J, < 0) of a motor that drives with all its force and is pushed back all the same,
+ * or of a spring that is pushed back; 0 for other rows. */
+double pinch_work_taken_by_drive(const pinch_problem *problem, const pinch_joint_row *row);
 /* joint_energy.c: returns the work (J) of joints and stops in a step that has been solved and not yet made, as far as
  * it is not that of motors and springs. range: the island's bodies. */
 double pinch_joint_work(const pinch_joint_store *store, const pinch_island_joints *joints,

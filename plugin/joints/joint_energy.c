@@ -73,11 +73,13 @@ static double driven_work(const pinch_joint_store *store, const pinch_island_joi
     return work;
 }
 
-double pinch_work_taken_by_motor(const pinch_problem *problem, const pinch_joint_row *row)
+double pinch_work_taken_by_drive(const pinch_problem *problem, const pinch_joint_row *row)
 {
     static const double ALL = 1 - 1e-9; /* of its force */
-    if (!(row->low > -INFINITY && row->high < INFINITY)) return 0;
+    bool springs = row->cfm > 0, drives = row->low > -INFINITY && row->high < INFINITY;
+    if (!springs && !drives) return 0;
     double speed = velocity_along(problem, row);
+    if (springs) return fmin(problem->step * row->force * speed, 0);
     bool forwards = row->rhs > 0 && speed < 0 && row->force > 0 && row->force >= ALL * row->high;
     bool backwards = row->rhs < 0 && speed > 0 && row->force < 0 && row->force <= ALL * row->low;
     return forwards || backwards ? problem->step * row->force * speed : 0;
