@@ -171,6 +171,53 @@ static const char dropped_scene[] = "{\"format\": \"pinch-scene/1\", \"object\":
                                     "\"damage\": {\"max_force\": 0.5}}], "
                                     "\"simulation\": {\"duration\": 1}}";
 
+/* A ball without weight, which one finger pushes and the other follows or leaves. */
+static const char drifting_scene[] =
+    "{\"format\": \"pinch-scene/1\", \"gravity\": [0, 0, 0], \"object\": {\"shape\": {\"type\": \"sphere\", "
+    "\"radius\": "
+    "0.02}, \"mass\": 0.05}, \"fingers\": [{\"name\": \"l\", \"point\": [-0.02, 0, 0], \"normal\": [1, 0, 0], "
+    "\"model\": "
+    "\"hard\", \"stiffness\": {\"normal\": 1e4}, \"damping\": {\"normal\": 5, \"tangential\": 3}, \"friction\": 0.8, "
+    "\"drive\": {\"type\": \"path\", \"points\": [{\"time\": 0}, {\"time\": 0.1, \"translation\": [0.005, 0, 0]}]}}, "
+    "{\"name\": \"r\", \"point\": [0.02, 0, 0], \"normal\": [-1, 0, 0], \"model\": \"hard\", \"stiffness\": "
+    "{\"normal\": "
+    "1e4}, \"damping\": {\"normal\": 5, \"tangential\": 3}, \"friction\": 0.8, \"drive\": {\"type\": \"path\", "
+    "\"points\": "
+    "[{\"time\": 0}, {\"time\": 0.1, \"translation\": [0.02, 0, 0]}, {\"time\": 0.5, \"translation\": [%s, 0, 0]}]}}], "
+    "\"schedule\": [{\"time\": 0, \"gravity\": [0, 0, 0]}, {\"time\": %s, \"gravity\": [0, 0, 0]}, {\"time\": %s, "
+    "\"gravity\": [0, 0, -9.81]}], \"simulation\": {\"duration\": %s}}";
+
+/* Without weight nothing falls: a ball that drifts between the fingers before they close is held, and is dropped where
+ * it ends further than its own size from where it was touched. With weight it falls. */
+static void test_drifting(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *closes, *floats_until, *falls_from, *duration, *outcome;
+        double time;
+    } cases[] = {{"0.004", "1", "1.5", "2", "held", 0},
+                 {"0.3", "1", "1.5", "0.3", "held", 0},         /* has drifted by 1 cm */
+                 {"0.3", "3", "4", "2", "dropped", 2},          /* by 10 cm, at the end */
+                 {"0.3", "0.2", "0.2", "0.3", "dropped", 0.25}, /* after 50 ms of free fall */
+                 {"0.004", "0.15", "0.15", "1", "dropped", 0.2}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char *folder = program_make_folder(), text[2000];
+        snprintf(text, sizeof text, drifting_scene, cases[i].closes, cases[i].floats_until, cases[i].falls_from,
+                 cases[i].duration);
+        free(program_write_file(folder, "s.json", text));
+        program_result r = PINCH(folder, "run", "s.json", "--json");
+        json_t *d = cli_document(&r);
+        const json_t *events = json_object_get(d, "events");
+        assert_string_equal(json_string_value(json_object_get(d, "outcome")), cases[i].outcome);
+        assert_int_equal(json_array_size(events), cases[i].time > 0);
+        if (cases[i].time > 0)
+            assert_close(json_number_value(json_object_get(json_array_get(events, 0), "time")), cases[i].time, 0.0021);
+        json_decref(d);
+        program_free(&r);
+        program_remove_folder(folder);
+    }
+}
+
 /* A hand that lifts a box with too little force leaves it on the table, and with enough it holds it. A finger that has
  * never come to its object has not held it either. */
 static void test_left_behind(void **state)
@@ -535,6 +582,7 @@ int main(void)
         cmocka_unit_test(test_refused_pairs),
         cmocka_unit_test(test_solvers_that_exist),
         cmocka_unit_test(test_unsupported_shapes),
+        cmocka_unit_test(test_drifting),
         cmocka_unit_test(test_left_behind),
         cmocka_unit_test(test_overlap_is_remarked),
         cmocka_unit_test(test_rounded_duration_is_remarked),

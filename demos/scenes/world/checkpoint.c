@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char FORMAT[16] = "pinch-run/4";
+static const char FORMAT[16] = "pinch-run/5";
 
 /* ---- The tape ---- */
 
@@ -285,7 +285,9 @@ static void tape_track(tape *t, track *k)
     TAPE(t, k->start_in_hand);
     TAPE(t, k->middle_in_hand);
     tape_flag(t, &k->held);
-    TAPE(t, k->last_touch);
+    TAPE(t, k->fall_position);
+    TAPE(t, k->fall_velocity);
+    TAPE(t, k->fall_time);
 }
 
 static void tape_event(tape *t, simulation_event *event)

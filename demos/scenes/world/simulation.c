@@ -9,9 +9,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* An object that was held has been dropped when it has not been touched for this long and has gone this far. */
+/* An object that was held has been dropped when it has fallen freely for this long and this far. Its own speed at the
+ * start of the fall does not count: an object without weight drifts from finger to finger, and nothing drops it. */
 static const double DROP_TIME = 0.05;     /* s */
-static const double DROP_DISTANCE = 0.01; /* of its bounding radius, since it was last touched */
+static const double DROP_DISTANCE = 0.01; /* of its bounding radius */
+/* At the end of a run an object has been dropped, too, that nothing touches this far from where it was last touched. */
+static const double LOST_DISTANCE = 2; /* bounding radii: its own size */
 
 const char *simulation_event_name(simulation_event_type type)
 {
@@ -96,6 +99,33 @@ static world_status watch_fingers(simulation *s)
     return status;
 }
 
+static void begin_fall(simulation *s, int object)
+{
+    dBodyID body = s->w->objects[object].body;
+    track *k = &s->track[object];
+    scene_copy(dBodyGetPosition(body), k->fall_position);
+    scene_copy(dBodyGetLinearVel(body), k->fall_velocity);
+    k->fall_time = s->w->time;
+}
+
+/* Does a force act on the object that nobody who touches it exerts, its weight for one? */
+static bool has_weight(const world *w, int object)
+{
+    double force[3], moment[3];
+    world_external_wrench(w, object, force, moment);
+    return force[0] != 0 || force[1] != 0 || force[2] != 0;
+}
+
+/* How far the object is from where its speed alone would have brought it since its fall began. */
+static double fallen(const simulation *s, int object)
+{
+    const track *k = &s->track[object];
+    double way[3];
+    scene_subtract(dBodyGetPosition(s->w->objects[object].body), k->fall_position, way);
+    scene_add_scaled(way, k->fall_time - s->w->time, k->fall_velocity);
+    return scene_norm(way);
+}
+
 static world_status watch_drop(simulation *s, int object)
 {
     const world *w = s->w;
@@ -105,14 +135,16 @@ static world_status watch_drop(simulation *s, int object)
         fingers = fingers || (w->fingers[i].object == object && w->fingers[i].state.points > 0);
     if (fingers) k->held = true;
     if (fingers || w->objects[object].touched) {
-        k->last_touch = w->time;
         k->touched = pose_of(w, object);
+        begin_fall(s, object);
         return WORLD_OK;
     }
-    if (!k->held || w->time - k->last_touch < DROP_TIME) return WORLD_OK;
+    if (!has_weight(w, object)) begin_fall(s, object);
     world_pose now = pose_of(w, object);
-    double way = distance(&now, &k->touched);
-    if (way < DROP_DISTANCE * w->scene->objects[object].shape.bounding_radius) return WORLD_OK;
+    double way = distance(&now, &k->touched), radius = w->scene->objects[object].shape.bounding_radius;
+    bool fell = w->time - k->fall_time >= DROP_TIME && fallen(s, object) >= DROP_DISTANCE * radius;
+    bool lost = w->steps == s->steps && way > LOST_DISTANCE * radius;
+    if (!k->held || !(fell || lost)) return WORLD_OK;
     k->held = false;
     simulation_event event = finger_event(w->time, -1, EVENT_DROPPED, way, 0);
     event.object = object;
@@ -303,6 +335,7 @@ simulation *simulation_start(world *w)
         t->start = t->middle = t->touched = pose_of(w, k);
         t->start_in_hand = t->middle_in_hand = pose_in_hand(w, k);
         t->held = k == 0 && w->hand_count == 0; /* every tip touches at the start */
+        begin_fall(s, k);
     }
     s->steps = lround(w->scene->duration / w->scene->step);
     return s;

@@ -10,7 +10,7 @@
 typedef enum simulation_event_type {
     EVENT_CRUSH = 0,
     EVENT_SLIP,
-    EVENT_DROPPED,
+    EVENT_DROPPED, /* fallen freely, or at the end of the run untouched and gone by its own size */
     EVENT_LIMIT,
     EVENT_COUNT
 } simulation_event_type;

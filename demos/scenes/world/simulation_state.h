@@ -9,8 +9,9 @@
 typedef struct track {
     world_pose start, middle, touched; /* at the start, half way, when last touched */
     world_pose start_in_hand, middle_in_hand;
-    bool held;         /* has a finger carried load since the last drop? */
-    double last_touch; /* s */
+    bool held; /* has a finger carried load since the last drop? */
+    /* Where, how fast (m/s) and when (s) the object's fall began, in which it has weight and nothing touches it. */
+    double fall_position[3], fall_velocity[3], fall_time;
 } track;
 
 struct simulation {
