@@ -110,6 +110,18 @@ bool reader_refuse_link(hand_reader *r, const hand_link *link, const char *what)
     return false;
 }
 
+bool reader_forgive(hand_reader *r, const xmlNode *at, const char *what)
+{
+    if (r->status != HAND_BAD_INPUT) return false;
+    r->status = HAND_OK;
+    /* The remark has a line of its own, so that of the error's text only what is wrong is taken. */
+    const char *fault = strstr(r->error->text, ">: ");
+    const char *text = reader_text(r, "%s: %s", what, fault ? fault + 3 : r->error->text);
+    r->error->text[0] = '\0';
+    if (text) reader_ignore(r, at, text);
+    return true;
+}
+
 char *reader_name(hand_reader *r, const xmlNode *node, const char *kind, size_t index)
 {
     const char *given = xml_text(node, "name");

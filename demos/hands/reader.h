@@ -30,6 +30,9 @@ bool reader_refuse_line(hand_reader *r, int line, const char *format, ...) __att
 /* As reader_refuse, for a link that has been read. */
 bool reader_refuse_link(hand_reader *r, const hand_link *link, const char *what);
 bool reader_no_memory(hand_reader *r);
+/* Takes an error back that was found in a part of `at` which changes nothing of the physics: it becomes the remark
+ * "WHAT: ..." of what is ignored. Returns whether there was one. */
+bool reader_forgive(hand_reader *r, const xmlNode *at, const char *what);
 
 /* The name of the new item `index` of a kind, from the element's attribute; KIND_INDEX where it has none. A name that
  * another item of the kind has is refused. */

@@ -61,6 +61,8 @@ static void read_inertial(hand_reader *r, const xmlNode *link, hand_mass *out)
 
 /* ---- Files of meshes. ---- */
 
+static const char PACKAGE[] = "package://";
+
 static bool is_there(const char *path)
 {
     return access(path, R_OK) == 0;
@@ -90,20 +92,31 @@ static char *find_package(hand_reader *r, const char *file, const char *name, si
     return NULL;
 }
 
+/* A file of a package that is nowhere is not there, as any other: its path is then what the attribute says. */
 static char *mesh_path(hand_reader *r, const xmlNode *node)
 {
     const char *name = reader_required(r, node, "filename");
     if (!name) return NULL;
     if (strncmp(name, "file://", 7) == 0) name += 7;
-    if (strncmp(name, "package://", 10) != 0) return reader_path(r, xml_file(node), name);
-    name += 10;
-    size_t length = strcspn(name, "/");
-    const char *rest = name[length] ? name + length + 1 : "";
-    char *found = find_package(r, xml_file(node), name, length, rest);
-    if (!found)
-        reader_refuse(r, node, "expected the package \"%.*s\" among those given, or as a directory above the file",
-                      (int)(length < 100 ? length : 100), name);
-    return found;
+    if (strncmp(name, PACKAGE, strlen(PACKAGE)) != 0) return reader_path(r, xml_file(node), name);
+    const char *package = name + strlen(PACKAGE);
+    size_t length = strcspn(package, "/");
+    const char *rest = package[length] ? package + length + 1 : "";
+    char *found = find_package(r, xml_file(node), package, length, rest);
+    return found ? found : reader_text(r, "%s", name);
+}
+
+/* Pictures need no mesh to be there. Of those in a package that is nowhere, the package is listed once. */
+static void list_missing_mesh(hand_reader *r, const xmlNode *node, const char *file, bool collides)
+{
+    const char *text = "mesh of a picture, which is not there";
+    bool is_in_package = strncmp(file, PACKAGE, strlen(PACKAGE)) == 0;
+    if (collides)
+        text = reader_text(r, "contact with the mesh %s, which is not there", xml_text(node, "filename"));
+    else if (is_in_package)
+        text = reader_text(r, "meshes of pictures in the package %.*s, which is not there",
+                           (int)strcspn(file + strlen(PACKAGE), "/"), file + strlen(PACKAGE));
+    if (text) (collides ? reader_unmodelled : reader_ignore)(r, node, text);
 }
 
 /* ---- Geometry. ---- */
@@ -117,17 +130,12 @@ static void read_mesh(hand_reader *r, const xmlNode *node, hand_geom *geom)
     if (!file || r->status != HAND_OK) return;
     const char *name = strrchr(file, '/');
     geom->mesh = geometry_mesh(r, node, name ? name + 1 : file, file, scale);
-    /* Pictures need no mesh to be there. */
-    if (!geom->collides) {
-        if (!is_there(file)) reader_ignore(r, node, "mesh of a picture, which is not there");
-        return;
-    }
     if (geom->mesh < 0 || r->h->meshes[geom->mesh].hull.vertex_count) return;
     if (!is_there(file)) {
-        reader_unmodelled(r, node, "contact with a mesh that is not there");
+        list_missing_mesh(r, node, file, geom->collides);
         geom->collides = false;
-        return;
     }
+    if (!geom->collides) return;
     mesh_file mesh;
     if (!geometry_read(r, node, file, &mesh)) return;
     for (size_t i = 0; i < 9 * mesh.triangle_count; i++) mesh.corners[i] *= scale[i % 3];
@@ -204,13 +212,13 @@ static void read_geom(hand_reader *r, const xmlNode *root, const xmlNode *node, 
                      .friction = {-1, -1, -1},
                      .colour = {0, 0, 0, -1},
                      .line = (int)xmlGetLineNo(node)};
+    bool is_picture = !own.collides;
     own.pose = read_origin(r, node);
     read_shape(r, node, &own);
     urdf_list_rest(r, node, "origin geometry material");
-    if (!own.collides) {
-        own.contype = own.conaffinity = 0;
-        read_colour(r, root, node, own.colour);
-    }
+    if (!own.collides) own.contype = own.conaffinity = 0;
+    if (is_picture) read_colour(r, root, node, own.colour);
+    if (is_picture && reader_forgive(r, node, "picture that is left out")) return;
     /* Names of collision and visual elements need not differ in URDF. */
     const char *name = xml_text(node, "name");
     own.name = name && *name ? reader_text(r, "%s", name) : reader_text(r, "geom_%zu", h->geom_count);

@@ -230,9 +230,6 @@ static const hand_fault faults[] = {
     {ROBOT("<link name=\"a\">\n<collision><geometry>\n<cone/></geometry></collision></link>"), "<cone",
      "expected <box>"},
     {ROBOT("<link name=\"a\">\n<collision/></link>"), "<collision", "expected <geometry>"},
-    {ROBOT("<link name=\"a\">\n<collision><geometry>\n<mesh filename=\"package://nowhere/a.stl\"/></geometry>"
-           "</collision></link>"),
-     "<mesh", "expected the package \"nowhere\""},
     {TWO("<joint name=\"j\" type=\"continuous\">" ENDS("a", "b") "\n<mimic joint=\"j\"/></joint>"), "<mimic",
      "joint \"j\" would follow itself"},
     {TWO("<joint name=\"j\" type=\"continuous\">" ENDS("a", "b") "\n<mimic joint=\"x\"/></joint>"), "<mimic",
@@ -384,9 +381,13 @@ static void missing_and_broken_meshes(void **state)
     char *folder = program_make_folder();
     hand *h = hand_from_text(folder, "h.urdf",
                              "<robot><link name=\"a\"><visual><geometry><mesh filename=\"no.stl\"/></geometry></visual>"
-                             "<collision><geometry><mesh filename=\"no.stl\"/></geometry></collision></link></robot>");
+                             "<collision><geometry><mesh filename=\"no.stl\"/></geometry></collision>"
+                             "<collision><geometry><mesh filename=\"package://nowhere/a.stl\"/></geometry></collision>"
+                             "</link></robot>");
     assert_int_equal(h->ignored_count, 1);
-    assert_int_equal(h->unmodelled_count, 1);
+    assert_int_equal(h->unmodelled_count, 2);
+    assert_string_equal(h->unmodelled[0].what, "contact with the mesh no.stl, which is not there");
+    assert_string_equal(h->unmodelled[1].what, "contact with the mesh package://nowhere/a.stl, which is not there");
     for (size_t i = 0; i < h->geom_count; i++) assert_false(h->geoms[i].collides); /* a world is made without it */
     hand_free(h);
     free(program_write_file(folder, "bad.stl", "solid\nfacet\nvertex 1 2\n"));
@@ -407,6 +408,45 @@ static void missing_and_broken_meshes(void **state)
         assert_non_null(strstr(error.text, files[i]));
         assert_null(strchr(error.text, '\n'));
         free(file);
+    }
+    program_remove_folder(folder);
+}
+
+/* What is wrong in a picture is listed, and the picture left out: nothing of the physics changes. */
+static void pictures_do_not_matter(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *picture, *what;
+        size_t geoms;
+    } cases[] = {
+        {"<geometry><mesh filename=\"package://nope/a.stl\"/></geometry>",
+         "meshes of pictures in the package nope, which is not there", 1},
+        {"<geometry><mesh filename=\"no/a.stl\"/></geometry>", "mesh of a picture, which is not there", 1},
+        {"<geometry><box size=\"0 0 0\"/></geometry>", "picture that is left out: expected positive lengths in size",
+         0},
+        {"<geometry><cone/></geometry>",
+         "picture that is left out: expected <box>, <sphere>, <cylinder>, <capsule> or <mesh>", 0},
+        {"", "picture that is left out: expected <geometry> with a shape in it", 0},
+        {"<origin rpy=\"0 0\"/><geometry><sphere radius=\"1\"/></geometry>",
+         "picture that is left out: expected 3 numbers in rpy, not \"0 0\"", 0},
+        {"<geometry><sphere radius=\"1\"/></geometry><material><color rgba=\"red\"/></material>",
+         "picture that is left out: expected 4 numbers in rgba, not \"red\"", 0},
+    };
+    char *folder = program_make_folder();
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[512];
+        snprintf(text, sizeof text,
+                 "<robot><link name=\"a\"><visual>%s</visual><collision><geometry><sphere radius=\"2\"/></geometry>"
+                 "</collision></link></robot>",
+                 cases[i].picture);
+        hand *h = hand_from_text(folder, "h.urdf", text);
+        assert_int_equal(h->geom_count, cases[i].geoms + 1);
+        assert_true(h->geoms[cases[i].geoms].collides && h->geoms[cases[i].geoms].size[0] == 2);
+        assert_int_equal(h->ignored_count, 1);
+        assert_string_equal(h->ignored[0].what, cases[i].what);
+        assert_int_equal(h->unmodelled_count, 0);
+        hand_free(h);
     }
     program_remove_folder(folder);
 }
@@ -462,6 +502,7 @@ int main(void)
         cmocka_unit_test(faults_have_lines),
         cmocka_unit_test(packages),
         cmocka_unit_test(missing_and_broken_meshes),
+        cmocka_unit_test(pictures_do_not_matter),
         cmocka_unit_test(repeated_elements),
         cmocka_unit_test(repeated_parts),
         cmocka_unit_test(unknown_attributes),
