@@ -124,6 +124,8 @@ static void check_sections(mjcf *m)
     for (const xmlNode *n = xml_child(m->root, NULL); n && m->r->status == HAND_OK; n = xml_next(n, NULL)) {
         if (xml_listed(ignored, (const char *)n->name))
             reader_ignore(m->r, n, (const char *)n->name);
+        else if (xml_is(n, "body"))
+            reader_refuse(m->r, n, "expected it in a <worldbody>; a file that has it here is for another to include");
         else if (!xml_listed(read, (const char *)n->name))
             reader_refuse(m->r, n, "not supported; there are %s, and ignored are %s", read, ignored);
     }
@@ -141,6 +143,7 @@ void mjcf_read(hand_reader *r, xmlNode *root)
     expand(&in, root, 0);
     if (r->status == HAND_OK) check_sections(&m);
     read_sections(&m, "compiler", read_compiler);
+    mjcf_replicate(&m);
     if (r->status == HAND_OK) mjcf_read_defaults(&m);
     if (r->status == HAND_OK) mjcf_read_assets(&m);
     mjcf_count_outermost(&m);

@@ -85,6 +85,10 @@ hand_pose mjcf_pose(const mjcf_element *e);
 /* The shortest turn that takes z to the axis, which has unit length. */
 void mjcf_orientation_of_z(const double axis[3], double q[4]);
 
+/* mjcf_replicate.c: puts frames with copies in the place of every <replicate>. After the compiler's settings are read.
+ */
+void mjcf_replicate(mjcf *m);
+
 /* mjcf_asset.c */
 void mjcf_read_assets(mjcf *m);
 mjcf_mesh *mjcf_find_mesh(mjcf *m, const char *name);

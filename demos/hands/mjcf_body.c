@@ -219,9 +219,12 @@ static void read_body(mjcf *m, const xmlNode *node, const mjcf_place *place)
     own.pose = pose_product(&place->frame, &own.pose);
     reader_number(r, node, "gravcomp", &own.gravity_compensation);
     if (own.gravity_compensation < 0) reader_refuse(r, node, "expected a gravcomp that is not negative");
-    if (xml_text(node, "mocap") && strcmp(xml_text(node, "mocap"), "true") == 0) reader_ignore(r, node, "mocap");
     int index = (int)h->link_count;
     own.name = reader_name(r, node, "body", h->link_count);
+    if (xml_text(node, "mocap") && strcmp(xml_text(node, "mocap"), "true") == 0) {
+        reader_ignore(r, node, "mocap");
+        reader_name(r, node, "mocap", h->link_count); /* by which welds find it */
+    }
     own.file = reader_text(r, "%s", xml_file(node));
     hand_link *link = reader_append(r, &h->links, &h->link_count, sizeof *link);
     if (!link) return;

@@ -22,8 +22,12 @@ void mjcf_read_contacts(mjcf *m, const xmlNode *section)
     hand *h = r->h;
     for (const xmlNode *n = xml_child(section, NULL); n && r->status == HAND_OK; n = xml_next(n, NULL)) {
         hand_exclude own;
+        if (xml_is(n, "pair")) { /* links touch as their masks and the scene say */
+            reader_unmodelled(r, n, "contact of a pair of geoms");
+            continue;
+        }
         if (!xml_is(n, "exclude")) {
-            reader_refuse(r, n, "not supported in <contact>; there is <exclude>");
+            reader_refuse(r, n, "not supported in <contact>; there are <exclude> and <pair>");
             return;
         }
         reader_only(r, n, "name body1 body2");
@@ -120,6 +124,22 @@ static void read_loop(mjcf *m, const xmlNode *node)
     if (loop) *loop = own;
 }
 
+static bool is_mocap(hand_reader *r, const xmlNode *weld, const char *body)
+{
+    const char *name = xml_text(weld, body);
+    return name && reader_find(r, "mocap", name) >= 0;
+}
+
+/* A program moves a mocap body, and drags what is welded to it. Here the scene's base moves a hand. Without any other
+ * weld the links would come apart. */
+static void read_weld(mjcf *m, const xmlNode *node)
+{
+    if (is_mocap(m->r, node, "body1") || is_mocap(m->r, node, "body2"))
+        reader_unmodelled(m->r, node, "weld to a mocap body");
+    else
+        reader_refuse(m->r, node, "not supported in <equality> but to a mocap body; there are <joint> and <connect>");
+}
+
 void mjcf_read_equalities(mjcf *m, const xmlNode *section)
 {
     hand_reader *r = m->r;
@@ -133,6 +153,8 @@ void mjcf_read_equalities(mjcf *m, const xmlNode *section)
             read_coupling(m, n);
         else if (xml_is(n, "connect"))
             read_loop(m, n);
+        else if (xml_is(n, "weld"))
+            read_weld(m, n);
         else
             reader_refuse(r, n, "not supported in <equality>; there are <joint> and <connect>");
     }

@@ -252,6 +252,102 @@ static void unmodelled_parts(void **state)
     program_remove_folder(folder);
 }
 
+/* Pairs of geoms and welds to what a program moves are listed; the hand is what it is without them. */
+static void pairs_and_mocap_bodies(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder();
+    hand *h =
+        hand_from_text(folder, "h.xml",
+                       "<mujoco><worldbody><body name=\"handle\" mocap=\"true\"/><body name=\"a\">"
+                       "<geom name=\"g\" size=\"1\"/><body name=\"b\"><joint/><geom name=\"f\" size=\"1\"/></body>"
+                       "</body></worldbody><contact><pair geom1=\"g\" geom2=\"f\" condim=\"1\"/>"
+                       "<exclude body1=\"a\" body2=\"b\"/><pair geom1=\"f\" geom2=\"g\"/></contact><equality>"
+                       "<weld body1=\"handle\" body2=\"a\"/><weld body1=\"b\" body2=\"handle\"/></equality></mujoco>");
+    assert_int_equal(h->unmodelled_count, 2);
+    assert_string_equal(h->unmodelled[0].what, "contact of a pair of geoms");
+    assert_string_equal(h->unmodelled[1].what, "weld to a mocap body");
+    assert_true(h->unmodelled[0].count == 2 && h->unmodelled[1].count == 2);
+    assert_int_equal(h->ignored_count, 1);
+    assert_int_equal(h->exclude_count, 1);
+    assert_int_equal(h->loop_count, 0);
+    assert_int_equal(h->body_count, 2);
+    hand_free(h);
+    program_remove_folder(folder);
+}
+
+/* Each replica is further by the offset, as the one before sees it, and the angles add up: places and turns are those
+ * of MuJoCo 3.3. */
+static void replicas(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        double position[3], orientation[4];
+    } bodies[] = {{"b_0", {1.18508, 2.03264, 2.9316}, {0.95155, 0.2393, 0.18931, 0.03813}},
+                  {"b_1", {2.04827, 2.7274, 2.78369}, {0.73856, 0.48899, 0.44857, 0.11915}},
+                  {"b_2", {2.64145, 3.61145, 2.62448}, {0.50265, 0.51338, 0.6954, 0.01396}}};
+    char *folder = program_make_folder();
+    hand *h = hand_from_text(
+        folder, "h.xml",
+        "<mujoco><compiler eulerseq=\"zyx\"/><worldbody><body name=\"a\" pos=\"1 2 3\" euler=\"10 20 30\">"
+        "<geom size=\".1\"/><replicate count=\"3\" offset=\"1 0.5 0\" euler=\"20 30 40\" sep=\"_\">"
+        "<body name=\"b\" pos=\".2 0 0\"><joint name=\"k\"/><geom "
+        "size=\".1\"/></body></replicate></body></worldbody></mujoco>");
+    hand_pose poses[4];
+    double q[3] = {0};
+    assert_int_equal(h->link_count, 4);
+    hand_kinematics(h, q, poses);
+    for (int i = 0; i < 3; i++) {
+        const hand_pose *p = &poses[hand_find_link(h, bodies[i].name)];
+        assert_numbers(p->position, bodies[i].position, 3, 1e-5);
+        assert_orientation(p->orientation, bodies[i].orientation, 1e-5);
+    }
+    hand_free(h);
+    program_remove_folder(folder);
+}
+
+/* The innermost suffix comes first, and has as many digits as the count. What refers to replicas is replicated, too. */
+static void names_of_replicas(void **state)
+{
+    (void)state;
+    char *folder = program_make_folder(), name[16];
+    hand *h = hand_from_text(
+        folder, "h.xml",
+        "<mujoco><worldbody><body name=\"palm\"><geom size=\"1\"/><body name=\"c\"><joint name=\"k\"/><geom "
+        "size=\"1\"/>"
+        "</body><replicate count=\"2\"><replicate count=\"10\" sep=\"-\"><body name=\"b\"><joint name=\"j\"/>"
+        "<geom size=\"1\"/></body></replicate></replicate></body></worldbody>"
+        "<contact><exclude body1=\"palm\" body2=\"b\"/><exclude body1=\"palm\" body2=\"c\"/></contact>"
+        "<tendon><fixed name=\"t\"><joint joint=\"j\" coef=\"2\"/><joint joint=\"k\" coef=\"3\"/></fixed></tendon>"
+        "<equality><joint joint1=\"j\" joint2=\"k\"/></equality>"
+        "<actuator><motor name=\"m\" tendon=\"t\"/><motor name=\"n\" joint=\"k\"/><motor joint=\"j-031\"/></actuator>"
+        "</mujoco>");
+    assert_int_equal(h->link_count, 22);
+    assert_int_equal(h->joint_count, 21);
+    assert_int_equal(h->exclude_count, 21);
+    assert_int_equal(h->tendon_count, 20);
+    assert_int_equal(h->coupling_count, 20);
+    assert_int_equal(h->drive_count, 22);
+    for (int i = 0; i < 20; i++) {
+        snprintf(name, sizeof name, "j-%02d%d", i % 10, i / 10);
+        int joint = hand_find_joint(h, name);
+        assert_true(joint >= 0);
+        int tendon = h->drives[i].tendon;
+        bool found = false;
+        for (int k = 0; k < 20; k++) found = found || h->tendons[k].joints[0] == joint;
+        assert_true(found && tendon >= 0);
+        assert_string_equal(h->tendons[tendon].name + 1, h->drives[i].name + 1);
+        assert_string_equal(h->joints[h->tendons[tendon].joints[0]].name + 1, h->drives[i].name + 1);
+        assert_string_equal(h->joints[h->tendons[tendon].joints[1]].name, "k");
+        assert_string_equal(h->joints[h->couplings[i].of].name, "k");
+    }
+    assert_string_equal(h->drives[20].name, "n");
+    assert_string_equal(h->joints[h->drives[21].joint].name, "j-031");
+    hand_free(h);
+    program_remove_folder(folder);
+}
+
 /* A contact without friction, or with more than sliding friction, is what a scene says of its links. */
 static void contact_dimensions(void **state)
 {
@@ -366,9 +462,18 @@ static const hand_fault faults[] = {
     {BODY("<inertial mass=\"1\" diaginertia=\"1 1 1\"/>"), "<inertial", "expected an attribute pos"},
     {BODY("<body name=\"a\" />"), "<body name=\"a\" />", "expected a name of its own"},
     {"<mujoco><worldbody>\n<joint/></worldbody></mujoco>", "<joint", "the world does not move"},
-    {TWO("<contact><pair/></contact>"), "<contact", "not supported in <contact>"},
+    {TWO("<contact><pear/></contact>"), "<contact", "not supported in <contact>; there are <exclude> and <pair>"},
+    {"<mujoco>\n<body name=\"a\"/></mujoco>", "<body", "expected it in a <worldbody>"},
+    {BODY("<replicate/>"), "<replicate", "expected an attribute count"},
+    {BODY("<replicate count=\"0\"/>"), "<replicate", "expected a whole count from 1 to 100000, not 0"},
+    {BODY("<replicate count=\"1.5\"/>"), "<replicate", "expected a whole count"},
+    {BODY("<replicate count=\"2\" offset=\"1 0\"/>"), "<replicate", "expected 3 numbers in offset"},
+    {BODY("<replicate count=\"2\" pos=\"1 0 0\"/>"), "<replicate", "unknown attribute pos"},
+    {BODY("<replicate count=\"400\"><replicate count=\"300\"><geom size=\"1\"/></replicate></replicate>"), "<replicate",
+     "expected replicates of at most 100000 elements"},
+    {BODY("<replicate count=\"2\"><geom size=\"bad\"/></replicate>"), "<replicate", "expected 1 to 3 numbers in size"},
     {TWO("<contact><exclude body1=\"a\" body2=\"c\"/></contact>"), "<contact", "name of a body in body2, not \"c\""},
-    {TWO("<equality><weld body1=\"a\"/></equality>"), "<equality", "not supported in <equality>"},
+    {TWO("<equality><weld body1=\"a\"/></equality>"), "<equality", "not supported in <equality> but to a mocap body"},
     {TWO("<equality><joint joint1=\"j\" joint2=\"j\"/></equality>"), "<equality", "would follow itself"},
     {TWO("<equality><joint joint1=\"j\" polycoef=\"0 1 2 0 0\"/></equality>"), "<equality", "degree above one"},
     {TWO("<equality><joint joint1=\"j\"/><joint joint1=\"j\"/></equality>"), "<equality",
@@ -399,6 +504,9 @@ int main(void)
         cmocka_unit_test(euler_sequences),
         cmocka_unit_test(includes),
         cmocka_unit_test(unmodelled_parts),
+        cmocka_unit_test(pairs_and_mocap_bodies),
+        cmocka_unit_test(replicas),
+        cmocka_unit_test(names_of_replicas),
         cmocka_unit_test(contact_dimensions),
         cmocka_unit_test(ranges_that_limit_nothing),
         cmocka_unit_test(things_beside_the_hand),
