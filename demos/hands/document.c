@@ -34,6 +34,35 @@ static char *read_all(hand_reader *r, const xmlNode *at, const char *file, size_
     return NULL;
 }
 
+static void reverse(char *first, char *last)
+{
+    while (first < last) {
+        char c = *first;
+        *first++ = *--last;
+        *last = c;
+    }
+}
+
+/* Published files have white space before the XML declaration, or version 0.0 in it, and other readers take both. The
+ * declaration goes first, and the white space behind it, so that lines keep their numbers. */
+static void mend_declaration(char *text)
+{
+    static const char BLANK[] = " \t\r\n";
+    char *start = text + strspn(text, BLANK), *end = NULL;
+    if (strncmp(start, "<?xml", 5) == 0 && strchr(BLANK, start[5])) end = strstr(start, "?>");
+    if (!end) return;
+    char *version = strstr(start, "version");
+    if (version && version < end) {
+        version += strlen("version");
+        version += strspn(version, BLANK);
+        if (*version == '=') version += 1 + strspn(version + 1, BLANK);
+        if (strncmp(version, "\"0.0\"", 5) == 0 || strncmp(version, "'0.0'", 5) == 0) version[1] = '1';
+    }
+    reverse(text, start);
+    reverse(start, end + 2);
+    reverse(text, end + 2);
+}
+
 static void refuse_document(hand_reader *r, const xmlNode *at, const char *file, xmlParserCtxt *parser)
 {
     const xmlError *found = xmlCtxtGetLastError(parser);
@@ -52,6 +81,7 @@ xmlDoc *reader_document(hand_reader *r, const xmlNode *at, const char *file)
     size_t length;
     char *text = r->status == HAND_OK ? read_all(r, at, file, &length) : NULL;
     if (!text) return NULL;
+    mend_declaration(text);
     xmlParserCtxt *parser = xmlNewParserCtxt();
     char *name = reader_text(r, "%s", file),
          **listed = reader_append(r, &r->h->files, &r->h->file_count, sizeof *listed);

@@ -412,6 +412,31 @@ static void missing_and_broken_meshes(void **state)
     program_remove_folder(folder);
 }
 
+/* White space before the declaration and version 0.0 are taken, and lines keep their numbers. */
+static void declarations(void **state)
+{
+    (void)state;
+    static const char *const heads[] = {"<?xml version=\"0.0\" ?>\n\n\n", "\n \t\r\n<?xml version=\"1.0\"?>\n",
+                                        "\n\n<?xml version = '0.0'?>\n", "\n\n\n",
+                                        "\n\n<?xml version=\"1.0\" encoding=\"ISO-8859-1\"?><!--\xe9-->\n"};
+    char *folder = program_make_folder();
+    for (size_t i = 0; i < sizeof heads / sizeof *heads; i++) {
+        char text[256];
+        snprintf(text, sizeof text, "%s<robot name=\"r\"><link name=\"a\"/></robot>", heads[i]);
+        hand *h = hand_from_text(folder, "h.urdf", text);
+        assert_int_equal(h->links[0].line, 4);
+        hand_free(h);
+    }
+    static const hand_fault refused[] = {
+        {"<?xml version=\"2.0\"?><robot/>", NULL, "expected an XML document: Unsupported version"},
+        {"<!-- first -->\n<?xml version=\"1.0\"?><robot/>", NULL, "expected an XML document"},
+        {"\n<?xml version=\"0.0\"", NULL, "expected an XML document"},
+        {"\n<?xml", NULL, "expected an XML document"},
+    };
+    hand_faults_are_named("h.urdf", refused, sizeof refused / sizeof *refused);
+    program_remove_folder(folder);
+}
+
 /* What is wrong in a picture is listed, and the picture left out: nothing of the physics changes. */
 static void pictures_do_not_matter(void **state)
 {
@@ -503,6 +528,7 @@ int main(void)
         cmocka_unit_test(packages),
         cmocka_unit_test(missing_and_broken_meshes),
         cmocka_unit_test(pictures_do_not_matter),
+        cmocka_unit_test(declarations),
         cmocka_unit_test(repeated_elements),
         cmocka_unit_test(repeated_parts),
         cmocka_unit_test(unknown_attributes),
