@@ -106,8 +106,16 @@ static void test_unreadable_files(void **state)
     assert_refused(folder, "missing.json", "No such file");
     assert_refused(folder, ".", "Is a directory");
     assert_refused(folder, "empty.json", "valid JSON");
-    free(program_write_file(folder, "marked.json", "\xEF\xBB\xBF{}"));
-    assert_refused(folder, "marked.json", "UTF-8 without a byte order mark");
+    free(program_write_file(folder, "marked.json", "\xEF\xBB\xBF\n{"));
+    assert_refused(folder, "marked.json", "marked.json:2: (top level): expected valid JSON");
+    free(program_write_file(folder, "mark.json", "\xEF\xBB\xBF"));
+    assert_refused(folder, "mark.json", "valid JSON");
+    char marked[4096];
+    snprintf(marked, sizeof marked, "\xEF\xBB\xBF%s", good_scene);
+    free(program_write_file(folder, "good.json", marked));
+    program_result r = pinch(folder, "validate", "good.json", NULL);
+    assert_int_equal(r.status, 0);
+    program_free(&r);
     assert_refused(folder, "line.json", "valid JSON");
     if (geteuid() != 0) {
         char *path = program_write_file(folder, "secret.json", good_scene);

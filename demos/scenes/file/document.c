@@ -17,12 +17,23 @@ static bool refuse_unreadable(scene_reader *reader, const char *fault)
     return scene_refuse_file(reader, " expected a readable %s: %s", reader->what, fault);
 }
 
+/* JSON has no byte order mark, but editors write one, and do not show it. */
+static void drop_byte_order_mark(char *text, size_t *length)
+{
+    static const char BYTE_ORDER_MARK[] = "\xEF\xBB\xBF";
+    size_t mark = sizeof BYTE_ORDER_MARK - 1;
+    if (*length < mark || memcmp(text, BYTE_ORDER_MARK, mark) != 0) return;
+    *length -= mark;
+    memmove(text, text + mark, *length + 1); /* with the zero byte behind it */
+}
+
 static bool read_text(scene_reader *reader, char **text)
 {
     char fault[128];
     FILE *stream = input_open(reader->file);
     if (!stream) return errno == ENOMEM ? scene_refuse_memory(reader) : refuse_unreadable(reader, strerror(errno));
     input_status status = input_read(stream, MAX_FILE_BYTES, text, &reader->length, fault);
+    if (status == INPUT_READ) drop_byte_order_mark(*text, &reader->length);
     reader->text = *text;
     if (status == INPUT_NO_MEMORY) return scene_refuse_memory(reader);
     return status == INPUT_READ || refuse_unreadable(reader, fault);
@@ -48,10 +59,6 @@ static bool check_memory(scene_reader *reader)
 static bool parse(scene_reader *reader, json_t **document)
 {
     json_error_t fault;
-    static const char BYTE_ORDER_MARK[] = "\xEF\xBB\xBF"; /* JSON has none, and an editor does not show it */
-    size_t mark = sizeof BYTE_ORDER_MARK - 1;
-    if (reader->length >= mark && memcmp(reader->text, BYTE_ORDER_MARK, mark) == 0)
-        return scene_refuse_file(reader, "1: (top level): expected valid JSON: UTF-8 without a byte order mark");
     *document = json_loadb(reader->text, reader->length, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &fault);
     if (*document) return true;
     char path[256];
