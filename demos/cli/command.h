@@ -25,6 +25,10 @@ struct command {
 /* All subcommands, in the order of the help; NULL is the last. */
 extern const command *const command_table[];
 
+/* What all commands say that load scenes. */
+#define COMMAND_SCENE_NOTE                                                                                             \
+    "A scene is a file, or - for standard input; names of files in it then start from the working directory."
+
 /* Loads the scene. Options given on the command line override its solver, formulation, tolerance, iterations, faces,
  * step and duration. On failure the reason is on standard error, *s is NULL, and the command returns the status. */
 command_status command_load_scene(const options *o, const char *file, scene **s);

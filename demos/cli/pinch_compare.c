@@ -462,14 +462,15 @@ const command command_compare = {
     .name = "compare",
     .arguments = "SCENE...",
     .summary = "compares Pinch, quickstep and worldstep on the same scenes, and with the exact answer",
-    .notes =
-        "Every run starts from the same state. At sampled steps of Pinch's run the same contact problem is solved\n"
-        "to machine precision by other means, and once by each of ODE's solvers. The differences from the exact\n"
-        "answer are the force errors. --contact-solver pinch runs Pinch alone, quickstep or worldstep runs that\n"
-        "one beside it. --points and --cold-start take something away from Pinch, to see what it does and that\n"
-        "--check notices. Costs are medians of runs that take turns of 50 steps, and are quietest with --jobs 1.\n"
-        "Nothing else depends on the jobs. assets/schema/pinch-compare-1.json describes the JSON document,\n"
-        "assets/reference/compare.json is the baseline of the shipped scenes.",
+    .notes = COMMAND_SCENE_NOTE
+    "\n\n"
+    "Every run starts from the same state. At sampled steps of Pinch's run the same contact problem is solved\n"
+    "to machine precision by other means, and once by each of ODE's solvers. The differences from the exact\n"
+    "answer are the force errors. --contact-solver pinch runs Pinch alone, quickstep or worldstep runs that\n"
+    "one beside it. --points and --cold-start take something away from Pinch, to see what it does and that\n"
+    "--check notices. Costs are medians of runs that take turns of 50 steps, and are quietest with --jobs 1.\n"
+    "Nothing else depends on the jobs. assets/schema/pinch-compare-1.json describes the JSON document,\n"
+    "assets/reference/compare.json is the baseline of the shipped scenes.",
     .min_arguments = 1,
     .max_arguments = INT_MAX,
     .files = "json",

@@ -457,6 +457,7 @@ const command command_run = {
     .name = "run",
     .arguments = "SCENE",
     .summary = "simulates a scene in ODE with Pinch as contact solver",
+    .notes = COMMAND_SCENE_NOTE,
     .min_arguments = 1,
     .max_arguments = 1,
     .files = "json",

@@ -452,6 +452,7 @@ const command command_solve = {
     .name = "solve",
     .arguments = "SCENE",
     .summary = "solves the static grasp: forces, displacements, slip, and the reserves of friction, load and grip",
+    .notes = COMMAND_SCENE_NOTE,
     .min_arguments = 1,
     .max_arguments = 1,
     .files = "json",

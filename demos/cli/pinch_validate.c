@@ -93,6 +93,7 @@ const command command_validate = {
     .name = "validate",
     .arguments = "SCENE...",
     .summary = "checks scene files; --print shows a scene with every default filled in",
+    .notes = COMMAND_SCENE_NOTE,
     .min_arguments = 1,
     .max_arguments = INT_MAX,
     .files = "json",

@@ -342,8 +342,8 @@ typedef struct scene_error {
     char text[6144];
 } scene_error;
 
-/* Reads and checks a scene file. On success the caller gives *result to scene_free; otherwise *result is NULL and
- * error->text says why. */
+/* Reads and checks a scene file; "-" is standard input, and names of files in it go by the working directory. On
+ * success the caller gives *result to scene_free; otherwise *result is NULL and error->text says why. */
 scene_status scene_load(const char *path, scene **result, scene_error *error);
 /* The same of a JSON document that was read from the file `path` and may have been changed since.
  * `text` is the file's, for the lines in messages. */

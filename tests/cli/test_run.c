@@ -1,10 +1,13 @@
 /* Runs the real `pinch run` and `pinch compare` and checks exit statuses, options, solvers and events. */
+#define _POSIX_C_SOURCE 200809L
+
 #include "support/cmocka_all.h"
 
 #include "support/command.h"
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 static void test_no_steps_at_all(void **state)
 {
@@ -170,6 +173,55 @@ static const char dropped_scene[] = "{\"format\": \"pinch-scene/1\", \"object\":
                                     "\"hard\", \"stiffness\": {\"normal\": 1e4}, \"friction\": 0.2, \"closing\": 1e-4, "
                                     "\"damage\": {\"max_force\": 0.5}}], "
                                     "\"simulation\": {\"duration\": 1}}";
+
+/* "-" is standard input, and a mesh in its scene is looked for in the working directory. */
+static void test_standard_input(void **state)
+{
+    (void)state;
+    static const char box[] = "{\"type\": \"box\", \"size\": [0.04, 0.04, 0.04]}";
+    static const char cube[] = "v -.02 -.02 -.02\nv .02 -.02 -.02\nv -.02 .02 -.02\nv .02 .02 -.02\nv -.02 -.02 .02\nv "
+                               ".02 -.02 .02\nv -.02 .02 .02\nv .02 .02 .02\n"
+                               "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    static const char *const lines[] = {"exec " PINCH_EXECUTABLE " run - --json --duration 0.1 <other/s.json",
+                                        "exec " PINCH_EXECUTABLE " run s.json --json --duration 0.1 </dev/null",
+                                        "exec " PINCH_EXECUTABLE " solve - --json <other/s.json",
+                                        "cat s.json | " PINCH_EXECUTABLE " validate -",
+                                        "exec " PINCH_EXECUTABLE " compare - --json --duration 0.01 --quiet <s.json"};
+    char *folder = program_make_folder(), other[512], text[2000], hash[64] = "";
+    const char *at = strstr(dropped_scene, box);
+    snprintf(text, sizeof text, "%.*s{\"type\": \"mesh\", \"file\": \"m.obj\"}%s", (int)(at - dropped_scene),
+             dropped_scene, at + strlen(box));
+    snprintf(other, sizeof other, "%s/other", folder);
+    assert_int_equal(mkdir(other, 0700), 0);
+    char *inner = program_write_file(other, "s.json", text);
+    free(program_write_file(folder, "s.json", text));
+    free(program_write_file(folder, "m.obj", cube));
+    for (size_t i = 0; i < sizeof lines / sizeof *lines; i++) {
+        char shell[] = "/bin/sh", flag[] = "-c", line[512];
+        snprintf(line, sizeof line, "%s", lines[i]);
+        program_result r = program_run(folder, (char *const[]){shell, flag, line, NULL});
+        int expected = i == 2; /* the fingers do not hold it */
+        if (r.status != expected) fail_msg("%s: %d, %s", line, r.status, r.err);
+        if (i < 2) {
+            json_t *d = cli_document(&r);
+            const char *own = json_string_value(json_object_get(d, "hash"));
+            assert_string_equal(json_string_value(json_object_get(d, "scene")), i == 0 ? "-" : "s.json");
+            if (*hash) assert_string_equal(own, hash);
+            snprintf(hash, sizeof hash, "%s", own);
+            json_decref(d);
+        }
+        program_free(&r);
+    }
+    char shell[] = "/bin/sh", flag[] = "-c", line[] = "echo { | " PINCH_EXECUTABLE " run -";
+    program_result r = program_run(folder, (char *const[]){shell, flag, line, NULL});
+    assert_int_equal(r.status, 2);
+    assert_int_equal(strncmp(r.err, "-:2: ", 5), 0);
+    program_free(&r);
+    assert_int_equal(remove(inner), 0);
+    assert_int_equal(remove(other), 0);
+    free(inner);
+    program_remove_folder(folder);
+}
 
 /* A ball without weight, which one finger pushes and the other follows or leaves. */
 static const char drifting_scene[] =
@@ -582,6 +634,7 @@ int main(void)
         cmocka_unit_test(test_refused_pairs),
         cmocka_unit_test(test_solvers_that_exist),
         cmocka_unit_test(test_unsupported_shapes),
+        cmocka_unit_test(test_standard_input),
         cmocka_unit_test(test_drifting),
         cmocka_unit_test(test_left_behind),
         cmocka_unit_test(test_overlap_is_remarked),

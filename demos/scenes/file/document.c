@@ -1,3 +1,5 @@
+#define _POSIX_C_SOURCE 200809L
+
 /* Reads a JSON document as a whole, and says where it is none. */
 #include "common/input_file.h"
 #include "locate.h"
@@ -5,6 +7,7 @@
 
 #include <errno.h>
 #include <string.h>
+#include <unistd.h>
 
 /* A scene has kilobytes. This limit stops /dev/zero. */
 static const size_t MAX_FILE_BYTES = (size_t)64 << 20;
@@ -27,10 +30,19 @@ static void drop_byte_order_mark(char *text, size_t *length)
     memmove(text, text + mark, *length + 1); /* with the zero byte behind it */
 }
 
+/* A copy, as what is opened here is closed again. */
+static FILE *open_standard_input(void)
+{
+    int descriptor = dup(STDIN_FILENO);
+    FILE *stream = descriptor < 0 ? NULL : fdopen(descriptor, "rb");
+    if (!stream && descriptor >= 0) close(descriptor);
+    return stream;
+}
+
 static bool read_text(scene_reader *reader, char **text)
 {
     char fault[128];
-    FILE *stream = input_open(reader->file);
+    FILE *stream = reader->is_standard_input ? open_standard_input() : input_open(reader->file);
     if (!stream) return errno == ENOMEM ? scene_refuse_memory(reader) : refuse_unreadable(reader, strerror(errno));
     input_status status = input_read(stream, MAX_FILE_BYTES, text, &reader->length, fault);
     if (status == INPUT_READ) drop_byte_order_mark(*text, &reader->length);

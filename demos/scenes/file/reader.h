@@ -11,7 +11,8 @@
 
 typedef struct scene_reader {
     const char *file;
-    const char *what; /* kind of file, for messages */
+    bool is_standard_input; /* the text comes from there; `file` is what messages say */
+    const char *what;       /* kind of file, for messages */
     const char *text;
     size_t length;
     int dimension; /* 0 until it is known */

@@ -128,7 +128,11 @@ static scene_status read_document_of(scene_reader *reader, json_t *document, sce
 
 scene_status scene_load(const char *path, scene **result, scene_error *error)
 {
-    scene_reader reader = {.file = path, .what = "scene file", .status = SCENE_OK, .error = error};
+    scene_reader reader = {.file = path,
+                           .is_standard_input = strcmp(path, "-") == 0,
+                           .what = "scene file",
+                           .status = SCENE_OK,
+                           .error = error};
     char *text = NULL;
     json_t *document = NULL;
     *result = NULL;
