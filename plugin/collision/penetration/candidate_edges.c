@@ -42,6 +42,51 @@ bool pinch_find_candidates(const pinch_hull *hull, const pinch_least_face *least
     return true;
 }
 
+/*
+ * Large hulls have too many edges for bits of their own, but the same holds of them. The normals that are tried at an
+ * edge may leave its arc by the tolerance with which they are compared, up to 5e-5, and by what an edge that is not
+ * loose may be off its faces. So much of the size is added to the limit. Then what is left out is nothing that the
+ * other tests would have let pass.
+ */
+static const double OFF_ARC = 1e-4;
+
+/* Sets the bits of up to 64 faces behind which x is not as deep as `level`, and of loose ones. */
+static uint64_t shallower(const pinch_hull *hull, const double *x, int word, double level)
+{
+    double depth[64];
+    int first = 64 * word, faces = (int)hull->convex.plane_count, count = faces - first < 64 ? faces - first : 64;
+    uint64_t bits = hull->loose_faces[word];
+    pinch_hull_depths(hull, x, first, count, depth);
+    for (int f = 0; f < count; f++) bits |= (uint64_t) !(depth[f] >= level) << f;
+    return bits;
+}
+
+void pinch_find_shallow_faces(const pinch_shape_pair *pair, int which, const pinch_contact_normal *best,
+                              pinch_shallow_faces *shallow)
+{
+    const pinch_shape *shape = which ? pair->b : pair->a, *other = which ? pair->a : pair->b;
+    double size = pair->a->bound + pair->b->bound + pinch_v3_norm(pair->p), far[3], centre[3], x[3], deepest[3];
+    double level = (best->overlap > 0 ? best->overlap : 0) + OFF_ARC * size, radius = pinch_inner_ball(other, x);
+    double clear = level > radius ? level - radius : 0;
+    shallow->hull = shape->kind == PINCH_SHAPE_HULL ? shape->hull : NULL;
+    if (!shallow->hull) return;
+    if (which) {
+        pinch_pair_point_to_b(pair, x, centre);
+        const double back[3] = {-best->normal[0], -best->normal[1], -best->normal[2]};
+        pinch_support_point(pair->a, back, x);
+        pinch_pair_point_to_b(pair, x, far);
+    } else {
+        pinch_pair_point_to_a(pair, x, centre);
+        pinch_pair_rotate_back(pair, best->normal, x);
+        pinch_support_point(pair->b, x, deepest);
+        pinch_pair_point_to_a(pair, deepest, far);
+    }
+    for (unsigned word = 0; word < PINCH_SHALLOW_WORDS && 64 * word < shape->hull->convex.plane_count; word++) {
+        shallow->far[word] = shallower(shape->hull, far, (int)word, level);
+        shallow->ball[word] = shallower(shape->hull, centre, (int)word, clear);
+    }
+}
+
 static int box_arcs(const pinch_shape *shape, pinch_edge_arc *arcs)
 {
     int count = 0;

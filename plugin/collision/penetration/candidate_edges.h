@@ -19,6 +19,36 @@ typedef struct pinch_candidates {
 bool pinch_find_candidates(const pinch_hull *hull, const pinch_least_face *least, double limit,
                            pinch_candidates *candidates);
 
+enum { PINCH_SHALLOW_WORDS = 256 };
+
+/* A bit is set for each of a hull's faces behind which a part of the other shape is not deep: its point that is farthest
+ * in, or the ball inside it. */
+typedef struct pinch_shallow_faces {
+    const pinch_hull *hull; /* NULL: the shape is no hull, and all of it counts as shallow */
+    uint64_t far[PINCH_SHALLOW_WORDS], ball[PINCH_SHALLOW_WORDS];
+} pinch_shallow_faces;
+
+/* Finds the shallow faces of shape `which` of the pair. A face or edge that is not shallow has no normal along which
+ * the overlap is less than that of `best`. */
+void pinch_find_shallow_faces(const pinch_shape_pair *pair, int which, const pinch_contact_normal *best,
+                              pinch_shallow_faces *shallow);
+
+static inline bool pinch_is_shallow(const pinch_shallow_faces *shallow, unsigned face)
+{
+    if (!shallow->hull || face >= 64 * PINCH_SHALLOW_WORDS) return true;
+    return (shallow->far[face / 64] & shallow->ball[face / 64]) >> face % 64 & 1;
+}
+
+/* Of an edge both faces must be deep for the same part of the other shape. */
+static inline bool pinch_is_shallow_edge(const pinch_shallow_faces *shallow, int edge)
+{
+    if (!shallow->hull) return true;
+    unsigned f = shallow->hull->edges[edge].face[0], g = shallow->hull->edges[edge].face[1];
+    if (f >= 64 * PINCH_SHALLOW_WORDS || g >= 64 * PINCH_SHALLOW_WORDS) return true;
+    return (shallow->far[f / 64] >> f % 64 | shallow->far[g / 64] >> g % 64) &
+           (shallow->ball[f / 64] >> f % 64 | shallow->ball[g / 64] >> g % 64) & 1;
+}
+
 /* Takes away the lowest bit and returns its place. The bits are not 0. The multiplier is a de Bruijn sequence, in which
  * the six bits from any place on are different. */
 static inline int pinch_take_bit(uint64_t *bits)

@@ -139,6 +139,7 @@ typedef struct faces_and_body {
     int which, count;
     const pinch_shape *shape, *other;
     double centre[3], radius; /* a ball in the other shape */
+    double rounding;          /* of overlaps */
 } faces_and_body;
 
 /* The faces of a cylinder are its caps. */
@@ -160,6 +161,7 @@ static faces_and_body faces_of(const pinch_shape_pair *pair, int which)
     }
     k.count = count_faces(k.shape);
     k.radius = pinch_inner_ball(k.other, centre);
+    if (pinch_is_large_hull(k.other)) k.rounding = TIE * (pair->a->bound + pair->b->bound + pinch_v3_norm(pair->p));
     if (which)
         pinch_pair_point_to_b(pair, centre, k.centre);
     else
@@ -200,7 +202,19 @@ static int depths_of_centre(const faces_and_body *k, int first, int count, doubl
     return least;
 }
 
-/* Takes the face if its overlap is less than the limit. */
+/* Returns the overlap along a face's normal d if no point of the other shape were farther in than x. Finds x in the
+ * axes of the shape that has the face. */
+static double overlap_at(const faces_and_body *k, int face, const double *d, const double *x, double *point)
+{
+    if (k->which)
+        pinch_pair_point_to_b(k->pair, x, point);
+    else
+        pinch_pair_point_to_a(k->pair, x, point);
+    return offset_of(k->shape, face) - pinch_v3_dot(d, point);
+}
+
+/* Takes the face if its overlap is less than the limit. Of a large hull, a vertex that is nearly the farthest in often
+ * tells that it is not. */
 static void offer_face(const faces_and_body *k, int face, double *limit, pinch_least_face *least)
 {
     const double *d = normal_of(k->shape, face);
@@ -214,16 +228,16 @@ static void offer_face(const faces_and_body *k, int face, double *limit, pinch_l
         pinch_pair_rotate_back(k->pair, normal, n);
     }
     if (k->other->kind == PINCH_SHAPE_HULL) {
+        if (pinch_is_large_hull(k->other)) {
+            const double *near = k->other->hull->convex.points + 3 * (size_t)pinch_hull_near_vertex(k->other->hull, n);
+            if (overlap_at(k, face, d, near, point) >= *limit + k->rounding) return;
+        }
         corner = pinch_hull_support_vertex(k->other->hull, n);
         pinch_v3_copy(x, k->other->hull->convex.points + 3 * corner);
     } else {
         pinch_support_point(k->other, n, x);
     }
-    if (k->which)
-        pinch_pair_point_to_b(k->pair, x, point);
-    else
-        pinch_pair_point_to_a(k->pair, x, point);
-    double overlap = offset_of(k->shape, face) - pinch_v3_dot(d, point);
+    double overlap = overlap_at(k, face, d, x, point);
     if (!(overlap < *limit)) return;
     *limit = least->at.overlap = overlap;
     least->face = face;

@@ -21,10 +21,12 @@ static void offer_along(const pinch_shape_pair *pair, const double *direction, d
     pinch_offer_normal(pair, n, best);
 }
 
-static void faces_and_caps(const pinch_shape_pair *pair, const double *w, pinch_contact_normal *best)
+static void faces_and_caps(const pinch_shape_pair *pair, const double *w, const pinch_shallow_faces *shallow,
+                           pinch_contact_normal *best)
 {
     double f[3], n[3];
     for (int k = 0; k < pinch_face_count(pair->a); k++) {
+        if (shallow && !pinch_is_shallow(shallow, (unsigned)k)) continue;
         pinch_face_normal(pair->a, k, f);
         for (int i = 0; i < 3; i++) n[i] = -f[i];
         pinch_offer_normal(pair, n, best);
@@ -160,7 +162,7 @@ static bool round_hull(const pinch_shape_pair *pair, const double *w, const pinc
     pinch_candidates candidates;
     if (!pinch_find_candidates(hull, faces, best->overlap, &candidates)) return false;
     if (pair->b->kind != PINCH_SHAPE_CYLINDER)
-        faces_and_caps(pair, w, best); /* the face test has tried a cylinder's caps already */
+        faces_and_caps(pair, w, NULL, best); /* the face test has tried a cylinder's caps already */
     while (candidates.corners) offer_corner(pair, w, pinch_take_bit(&candidates.corners), hull, best);
     if (pair->b->kind == PINCH_SHAPE_FLAT_CAPSULE) dome(pair, w, best);
     candidates.edges = edges_in_reach(pair, best, candidates.edges);
@@ -180,16 +182,32 @@ static bool edge_is_deep(const pinch_shape_pair *pair, const pinch_edge_arc *edg
     return pinch_v3_dot(edge->n1, x) <= -limit && pinch_v3_dot(edge->n2, x) <= -limit;
 }
 
+/* Tells whether a direction across the axis, which an edge parallel to the axis offers, has less overlap. That is no
+ * normal of the edge, so that nothing is known of it from the faces. */
+static bool is_less_across(const pinch_shape_pair *pair, const double *w, const pinch_contact_normal *best)
+{
+    pinch_contact_normal found = *best;
+    double n[3];
+    pinch_v3_any_perpendicular(w, n);
+    offer_along(pair, n, 1, &found);
+    offer_along(pair, n, -1, &found);
+    return found.overlap < best->overlap;
+}
+
 void pinch_polytope_round(const pinch_shape_pair *pair, const pinch_least_face *faces, pinch_contact_normal *best)
 {
     const double w[3] = {pair->R[2], pair->R[5], pair->R[8]};
     pinch_edge_arc own[PINCH_BOX_EDGES];
+    pinch_shallow_faces shallow;
     int count;
     if (faces && pair->a->kind == PINCH_SHAPE_HULL && round_hull(pair, w, faces, best)) return;
     const pinch_edge_arc *arcs = pinch_edge_arcs(pair->a, own, &count);
-    faces_and_caps(pair, w, best);
+    pinch_find_shallow_faces(pair, 0, best, &shallow);
+    faces_and_caps(pair, w, &shallow, best);
     side_and_corners(pair, w, best);
     if (pair->b->kind == PINCH_SHAPE_FLAT_CAPSULE) dome(pair, w, best);
+    if (is_less_across(pair, w, best)) shallow.hull = NULL;
     for (int k = 0; k < count; k++)
-        if (!edge_is_deep(pair, &arcs[k], best->overlap)) along_edge(pair, w, &arcs[k], best);
+        if (pinch_is_shallow_edge(&shallow, k) && !edge_is_deep(pair, &arcs[k], best->overlap))
+            along_edge(pair, w, &arcs[k], best);
 }

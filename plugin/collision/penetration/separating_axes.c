@@ -165,15 +165,17 @@ static bool hull_edges(const pinch_shape_pair *pair, pinch_least_face faces[2], 
     return true;
 }
 
-static void every_face(const pinch_shape_pair *pair, pinch_contact_normal *best)
+static void every_face(const pinch_shape_pair *pair, const pinch_shallow_faces shallow[2], pinch_contact_normal *best)
 {
     double f[3], n[3];
     for (int k = 0; k < pinch_face_count(pair->a); k++) {
+        if (!pinch_is_shallow(&shallow[0], (unsigned)k)) continue;
         pinch_face_normal(pair->a, k, f);
         for (int i = 0; i < 3; i++) n[i] = -f[i];
         pinch_offer_normal(pair, n, best);
     }
     for (int k = 0; k < pinch_face_count(pair->b); k++) {
+        if (!pinch_is_shallow(&shallow[1], (unsigned)k)) continue;
         pinch_face_normal(pair->b, k, f);
         pinch_pair_rotate(pair, f, n);
         pinch_offer_normal(pair, n, best);
@@ -205,9 +207,7 @@ static void edge_pair(const pinch_shape_pair *pair, const pinch_edge_arc *a, con
     for (int i = 0; i < 3; i++) mid[i] = a->n1[i] + a->n2[i];
     if (!(pinch_v3_dot(n, mid) < 0))
         return; /* the circles of the arcs meet at two opposite points, and this is the wrong one */
-    double overlap = pinch_pair_overlap(pair, n);
-    if (!(overlap < best->overlap - preference)) return;
-    best->overlap = overlap;
+    if (!pinch_pair_overlaps_less(pair, n, best->overlap - preference, &best->overlap)) return;
     pinch_v3_copy(best->normal, n);
 }
 
@@ -245,6 +245,34 @@ static void box_box(const pinch_shape_pair *pair, double apart, double preferenc
     }
 }
 
+/* Tries all faces and edges of both, but of hulls only where a face is shallow. */
+static void all_axes(const pinch_shape_pair *pair, double preference, pinch_contact_normal *best)
+{
+    enum { KEPT = 1024 };
+    pinch_edge_arc own_a[PINCH_BOX_EDGES], own_b[PINCH_BOX_EDGES], rotated;
+    pinch_shallow_faces shallow[2];
+    int a_count, b_count, kept[KEPT], kept_count = 0;
+    const pinch_edge_arc *a = pinch_edge_arcs(pair->a, own_a, &a_count), *b = pinch_edge_arcs(pair->b, own_b, &b_count);
+    for (int which = 0; which < 2; which++) pinch_find_shallow_faces(pair, which, best, &shallow[which]);
+    every_face(pair, shallow, best);
+    for (int i = 0; i < a_count; i++) {
+        if (!pinch_is_shallow_edge(&shallow[0], i)) continue;
+        if (kept_count < KEPT) kept[kept_count] = i;
+        kept_count++;
+    }
+    for (int j = 0; j < b_count; j++) {
+        if (!pinch_is_shallow_edge(&shallow[1], j)) continue;
+        pinch_pair_point_to_a(pair, b[j].v, rotated.v);
+        rotate_arc(pair, &b[j], &rotated);
+        if (kept_count <= KEPT) {
+            for (int i = 0; i < kept_count; i++) edge_pair(pair, &a[kept[i]], &rotated, preference, best);
+            continue;
+        }
+        for (int i = 0; i < a_count; i++)
+            if (pinch_is_shallow_edge(&shallow[0], i)) edge_pair(pair, &a[i], &rotated, preference, best);
+    }
+}
+
 void pinch_separating_axes(const pinch_shape_pair *pair, pinch_least_face *faces, pinch_contact_normal *best)
 {
     double preference = FACE_PREFERENCE * fmin(pair->a->bound, pair->b->bound);
@@ -255,16 +283,5 @@ void pinch_separating_axes(const pinch_shape_pair *pair, pinch_least_face *faces
         return;
     }
     if (faces && hull_edges(pair, faces, preference, best)) return;
-    pinch_edge_arc own_a[PINCH_BOX_EDGES], own_b[PINCH_BOX_EDGES];
-    int a_count, b_count;
-    const pinch_edge_arc *a = pinch_edge_arcs(pair->a, own_a, &a_count), *b = pinch_edge_arcs(pair->b, own_b, &b_count);
-    every_face(pair, best);
-    for (int j = 0; j < b_count; j++) {
-        pinch_edge_arc rotated;
-        pinch_pair_point_to_a(pair, b[j].v, rotated.v);
-        pinch_pair_rotate(pair, b[j].u, rotated.u);
-        pinch_pair_rotate(pair, b[j].n1, rotated.n1);
-        pinch_pair_rotate(pair, b[j].n2, rotated.n2);
-        for (int i = 0; i < a_count; i++) edge_pair(pair, &a[i], &rotated, preference, best);
-    }
+    all_axes(pair, preference, best);
 }

@@ -83,6 +83,12 @@ double pinch_support_value(const pinch_shape *shape, const double d[3])
     }
 }
 
+double pinch_support_at_least(const pinch_shape *shape, const double d[3])
+{
+    if (!pinch_is_large_hull(shape)) return pinch_support_value(shape, d);
+    return pinch_v3_dot(shape->hull->convex.points + 3 * (size_t)pinch_hull_near_vertex(shape->hull, d), d);
+}
+
 void pinch_support_hessian(const pinch_shape *shape, const double d[3], double H[9])
 {
     memset(H, 0, 9 * sizeof *H);

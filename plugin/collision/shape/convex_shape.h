@@ -54,6 +54,13 @@ static inline bool pinch_has_rim(const pinch_shape *shape, double end)
  * along d, margin left out. */
 void pinch_support_point(const pinch_shape *shape, const double d[3], double point[3]);
 double pinch_support_value(const pinch_shape *shape, const double d[3]);
+/* Returns a support value of a vertex near the farthest one where the shape is a large hull, which takes far less time,
+ * and otherwise the support value. As computed it is never more than the support value is. */
+double pinch_support_at_least(const pinch_shape *shape, const double d[3]);
+static inline bool pinch_is_large_hull(const pinch_shape *shape)
+{
+    return shape->kind == PINCH_SHAPE_HULL && shape->hull->tree.leaves > 0;
+}
 /* The support Hessian is the second derivative of h at the unit vector d, symmetric and row-major. On flat parts it is
  * one-sided. */
 void pinch_support_hessian(const pinch_shape *shape, const double d[3], double H[9]);

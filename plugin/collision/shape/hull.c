@@ -80,16 +80,13 @@ static void find_extent(const pinch_convex *convex, pinch_hull_face *face)
 }
 
 /* Computes each face's offset along its normal, its sides and its extent. */
-static void find_faces(const pinch_convex *convex, pinch_hull_face *faces, double *sides, double *columns)
+static void find_faces(const pinch_hull *hull, pinch_hull_face *faces, double *sides, double *columns)
 {
+    const pinch_convex *convex = &hull->convex;
     const unsigned *polygon = convex->polygons;
     for (unsigned f = 0; f < convex->plane_count; f++, sides += 4 * polygon[0], polygon += 1 + polygon[0]) {
         const double *normal = convex->planes + 4 * f;
-        double offset = -DBL_MAX;
-        for (unsigned k = 0; k < convex->point_count; k++) {
-            double along = pinch_v3_dot(normal, convex->points + 3 * k);
-            if (along > offset) offset = along;
-        }
+        double offset = pinch_v3_dot(normal, convex->points + 3 * (size_t)pinch_hull_support_vertex(hull, normal));
         find_sides(convex, polygon, normal, sides);
         faces[f] = (pinch_hull_face){.polygon = polygon, .sides = sides, .offset = offset};
         find_extent(convex, &faces[f]);
@@ -167,13 +164,38 @@ static void find_bits(const pinch_hull *hull, uint64_t *edges_of_face, uint64_t 
         for (int side = 0; side < 2; side++) edges_of_face[hull->edges[e].face[side]] |= UINT64_C(1) << e;
 }
 
+/*
+ * Where an edge is not quite at right angles to its faces' normals, or a corner is not quite in its face's plane, the
+ * normals of the faces tell nothing of the edge. Such faces are loose. Tiny edges of meshes have them.
+ */
+static void find_loose_faces(const pinch_hull *hull, uint64_t *loose)
+{
+    static const double SQUARE = 1e-5;
+    const pinch_convex *convex = &hull->convex;
+    for (unsigned f = 0; f < convex->plane_count; f++) {
+        const unsigned *polygon = hull->faces[f].polygon;
+        double least = hull->faces[f].offset - SQUARE * hull->outer;
+        bool flat = true;
+        for (unsigned k = 1; k <= polygon[0] && flat; k++)
+            flat = pinch_v3_dot(convex->planes + 4 * (size_t)f, convex->points + 3 * (size_t)polygon[k]) >= least;
+        if (f % 64 == 0) loose[f / 64] = 0;
+        loose[f / 64] |= (uint64_t)!flat << f % 64;
+    }
+    for (int e = 0; e < hull->edge_count; e++) {
+        const pinch_edge_arc *arc = &hull->arcs[e];
+        unsigned f = hull->edges[e].face[0];
+        bool square = fabs(pinch_v3_dot(arc->u, arc->n1)) <= SQUARE && fabs(pinch_v3_dot(arc->u, arc->n2)) <= SQUARE;
+        if (!square) loose[f / 64] |= UINT64_C(1) << f % 64;
+    }
+}
+
 /* All arrays share one piece of memory. With `base` NULL, lay_out only measures it. It returns the size. */
 typedef struct found {
     pinch_hull_face *faces;
     pinch_hull_edge *edges;
     pinch_edge_arc *arcs;
     double *sides, *columns, *corners;
-    uint64_t *edges_of_face, *corners_of_face;
+    uint64_t *edges_of_face, *corners_of_face, *loose_faces;
     unsigned *faces_at, *corner_faces, *neighbours_at, *neighbours;
 } found;
 
@@ -194,6 +216,7 @@ static size_t lay_out(const pinch_convex *convex, size_t corners, char *base, fo
     f->corners = take(base, &at, 3 * points * sizeof *f->corners);
     f->edges_of_face = take(base, &at, faces * sizeof *f->edges_of_face);
     f->corners_of_face = take(base, &at, faces * sizeof *f->corners_of_face);
+    f->loose_faces = take(base, &at, (faces + 63) / 64 * sizeof *f->loose_faces);
     f->edges = take(base, &at, edges * sizeof *f->edges);
     f->faces_at = take(base, &at, (points + 1) * sizeof *f->faces_at);
     f->corner_faces = take(base, &at, corners * sizeof *f->corner_faces);
@@ -211,7 +234,7 @@ static bool edges_of(const pinch_convex *convex, size_t corners, pinch_hull_edge
     return closed;
 }
 
-enum { BITS = 64 };
+enum { BITS = 64, SCANNED = 128 }; /* a tree of no more vertices would be no faster than a look at all of them */
 
 bool pinch_hull_of_convex(const pinch_convex *convex, pinch_hull *hull)
 {
@@ -230,33 +253,40 @@ bool pinch_hull_of_convex(const pinch_convex *convex, pinch_hull *hull)
                          .neighbours = f.neighbours,
                          .faces_at = f.faces_at,
                          .corner_faces = f.corner_faces,
+                         .loose_faces = f.loose_faces,
                          .columns = f.columns,
                          .corners = f.corners};
     if (!edges_of(convex, corners, f.edges, &hull->edge_count)) {
         pinch_hull_free(hull);
         return false;
     }
-    find_faces(convex, f.faces, f.sides, f.columns);
+    for (size_t k = 0; k < 3 * points; k++) f.corners[k % 3 * points + k / 3] = convex->points[k];
+    if (points > SCANNED && !pinch_hull_build_tree(hull)) {
+        pinch_hull_free(hull);
+        return false;
+    }
+    find_faces(hull, f.faces, f.sides, f.columns);
     find_corners(convex, f.faces, f.faces_at, f.corner_faces);
     find_neighbours(hull, f.neighbours_at, f.neighbours);
     find_arcs(hull, f.arcs);
-    for (size_t k = 0; k < 3 * points; k++) f.corners[k % 3 * points + k / 3] = convex->points[k];
     if (convex->plane_count <= BITS && points <= BITS && hull->edge_count <= BITS) {
         find_bits(hull, f.edges_of_face, f.corners_of_face);
         hull->edges_of_face = f.edges_of_face;
         hull->corners_of_face = f.corners_of_face;
     }
     find_balls(hull);
+    find_loose_faces(hull, f.loose_faces);
     return true;
 }
 
 void pinch_hull_free(pinch_hull *hull)
 {
+    pinch_hull_free_tree(hull);
     free(hull->memory);
     memset(hull, 0, sizeof *hull);
 }
 
-unsigned pinch_hull_support_vertex(const pinch_hull *hull, const double d[3])
+unsigned pinch_hull_scan_vertices(const pinch_hull *hull, const double d[3])
 {
     enum { BLOCK = 32 };
     const size_t points = hull->convex.point_count;

@@ -45,6 +45,18 @@ double pinch_pair_overlap(const pinch_shape_pair *pair, const double n[3])
     return pinch_support_value(pair->a, back) + pinch_support_value(pair->b, d) + pinch_v3_dot(n, pair->p);
 }
 
+/* A sum of rounded numbers never falls where one of them grows, so a vertex that is no farther than the farthest one
+ * makes the overlap no larger, as it is computed. */
+bool pinch_pair_may_overlap_less(const pinch_shape_pair *pair, const double n[3], double limit)
+{
+    const double back[3] = {-n[0], -n[1], -n[2]};
+    double d[3];
+    pinch_pair_rotate_back(pair, n, d);
+    double least =
+        pinch_support_at_least(pair->a, back) + pinch_support_at_least(pair->b, d) + pinch_v3_dot(n, pair->p);
+    return !(least >= limit);
+}
+
 void pinch_pair_hessian(const pinch_shape_pair *pair, const double n[3], double H[9])
 {
     const double back[3] = {-n[0], -n[1], -n[2]};

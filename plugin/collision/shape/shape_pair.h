@@ -62,6 +62,21 @@ void pinch_pair_support_a(const pinch_shape_pair *pair, const double n[3], doubl
 void pinch_pair_support_b(const pinch_shape_pair *pair, const double n[3], double b[3]);
 /* The overlap of the shapes along the unit vector n is h_A(-n) + h_B(n), margins left out. */
 double pinch_pair_overlap(const pinch_shape_pair *pair, const double n[3]);
+/* Returns false where the overlap along n, as it is computed, is not less than the limit because a vertex of a
+ * large hull that is found in no time is far enough along n already. */
+bool pinch_pair_may_overlap_less(const pinch_shape_pair *pair, const double n[3], double limit);
+
+/* Tells whether the overlap along n is less than the limit, and finds it then. */
+static inline bool pinch_pair_overlaps_less(const pinch_shape_pair *pair, const double n[3], double limit,
+                                            double *overlap)
+{
+    bool large = pinch_is_large_hull(pair->a) || pinch_is_large_hull(pair->b);
+    if (large && !pinch_pair_may_overlap_less(pair, n, limit)) return false;
+    double found = pinch_pair_overlap(pair, n);
+    if (!(found < limit)) return false;
+    *overlap = found;
+    return true;
+}
 /* Adds both support Hessians at n, in A's axes. */
 void pinch_pair_hessian(const pinch_shape_pair *pair, const double n[3], double H[9]);
 
@@ -89,9 +104,7 @@ typedef struct pinch_contact_normal {
 /* Takes n if the overlap along it is less. */
 static inline void pinch_offer_normal(const pinch_shape_pair *pair, const double n[3], pinch_contact_normal *best)
 {
-    double overlap = pinch_pair_overlap(pair, n);
-    if (!(overlap < best->overlap)) return;
-    best->overlap = overlap;
+    if (!pinch_pair_overlaps_less(pair, n, best->overlap, &best->overlap)) return;
     for (int i = 0; i < 3; i++) best->normal[i] = n[i];
 }
 
