@@ -141,12 +141,28 @@ static double inverse_masses(const pinch_problem *problem, const pinch_contact *
     return sum;
 }
 
+static double mass_of(const pinch_problem *problem)
+{
+    double mass = 0;
+    for (int b = 0; b < problem->body_count; b++) mass += problem->bodies[b].mass;
+    return mass;
+}
+
+/* Returns the energy (J) that a contact's own spring gives back at most, with all bodies on it: its damper takes most
+ * of what k d^2/2 holds where c^2 > k m. One that bounces comes out at the speed of its bounce instead. */
+static double energy_of_spring(const pinch_contact *c, const pinch_own_law *own, double h, double mobility, double mass)
+{
+    double k = c->stiffness[0], damping = c->damping[0];
+    if (own->rebound > 0 || !(k > 0) || STIFF * h * mobility * (h * k + damping) > 1) return 0;
+    return 0.5 * k * c->depth * c->depth / (1 + damping * damping / (k * mass));
+}
+
 /* Returns the energy (J) that the overlaps ask for: of each pair's bodies, where they move apart as its contacts ask in
  * the mean, and of springs. */
 static double energy_asked_for(const pinch_contact_store *contacts, const pinch_island *island,
                                const pinch_problem *problem)
 {
-    double h = problem->step, sum = 0;
+    double h = problem->step, mass = mass_of(problem), sum = 0;
     walk at = {contacts, island, 0, 0};
     for (int first = 0, k; first < problem->contact_count; first = k) {
         const pinch_contact *pair = &problem->contacts[first];
@@ -154,21 +170,14 @@ static double energy_asked_for(const pinch_contact_store *contacts, const pinch_
         for (k = first; k < problem->contact_count; k++) {
             const pinch_contact *c = &problem->contacts[k];
             if (c->body1 != pair->body1 || c->body2 != pair->body2) break;
-            double push = push_of(c, next_law(&at), h);
+            const pinch_own_law *own = next_law(&at);
+            double push = push_of(c, own, h);
             of_pair += 0.5 * push * push / mobility;
-            if (push > 0 && STIFF * h * mobility * (h * c->stiffness[0] + c->damping[0]) <= 1)
-                sum += 0.5 * c->stiffness[0] * c->depth * c->depth;
+            if (push > 0) sum += energy_of_spring(c, own, h, mobility, mass);
         }
         sum += of_pair / (k - first);
     }
     return sum;
-}
-
-static double mass_of(const pinch_problem *problem)
-{
-    double mass = 0;
-    for (int b = 0; b < problem->body_count; b++) mass += problem->bodies[b].mass;
-    return mass;
 }
 
 /* Returns the energy (J) that a step's fall gives to the island's bodies, the part of it that counts. */
