@@ -17,10 +17,11 @@
  *    be judged: in a jam, some give what others take. Where joints put in what contacts do not, that is for the
  *    account of joints to judge (energy_account.c).
  *  - What the motors of a mechanism take that drive with all their force and are pushed back, where an overlap pushes
- *    any of its bodies, does not count, about as fast as overlaps push them: fingers that squeeze a light body have to
- *    come out of it against their motors, and out of what that body is pressed into. Of other motors and brakes it
- *    counts, as contacts might pump against them. What goes into springs of joints does not count in the same way: a
- *    spring gives no more back than once, and bodies that it drives into each other again lose that in contacts.
+ *    any of its bodies, does not count, about as fast as overlaps push them, and partners that drive bodies on: fingers
+ *    that squeeze a light body have to come out of it against their motors, and out of what that body is pressed into.
+ *    Of other motors and brakes it counts, as contacts might pump against them. What goes into springs of joints does
+ *    not count in the same way: a spring gives no more back than once, and bodies that it drives into each other again
+ *    lose that in contacts.
  *  - They keep a balance, as joints do: they may put in what bodies have lost in contacts not long before (time-domain
  *    passivity), about twice the energy that overlaps ask for by themselves, once, and a part of a step's fall, with
  *    which all overlaps go in the end. Joints may hang all bodies of an island on one that is pushed. With more in each
@@ -406,15 +407,17 @@ static double lever_of(const pinch_body *body, const pinch_contact *c)
     return PART * fmax(pinch_v3_norm(arm), body->radius);
 }
 
-/* Returns how fast (m/s) the next contact pushes its bodies apart as it presses them; 0 where it does not. An overlap
- * that is handed over again as it was, while its bodies move, is not known any more: programs keep contacts for some
- * steps, and would be pushed out too far. */
+/* Returns how fast (m/s) the next contact pushes its bodies apart as it presses them, by an overlap or by a partner
+ * that drives them on; 0 where it does not. An overlap that is handed over again as it was, while its bodies move, is
+ * not known any more: programs keep contacts for some steps, and would be pushed out too far. */
 static double press_of(const pinch_contact_store *contacts, const pinch_problem *problem, const pinch_island *island,
                        walk *at, const pinch_contact *c)
 {
     bool known = !pinch_island_pair(contacts, island->pairs, at->pair)->unchanged;
-    double push = push_of(c, next_law(at), problem->step);
-    return known && c->force[0] > 0 ? push : 0;
+    const pinch_own_law *own = next_law(at);
+    if (!(c->force[0] > 0)) return 0;
+    if (is_pushed_by_partner(c, own)) return speed_into(c, own);
+    return known ? push_of(c, own, problem->step) : 0;
 }
 
 /*

@@ -126,6 +126,17 @@ static void test_overlaps_in_a_row(void **state)
     assert_lies_within(overlap_of_row(0.01, 1, true, 1), LITTLE);
 }
 
+/* Puts a body on a slider with a spring (N/m, N s/m) that holds it where it is. */
+static void add_spring(press *p, dBodyID body, double stiffness, double damping)
+{
+    dJointID slider = add_slider(p, body, 0, 0);
+    double sum = p->step * stiffness + damping;
+    dJointSetSliderParam(slider, dParamLoStop, 0);
+    dJointSetSliderParam(slider, dParamHiStop, 0);
+    dJointSetSliderParam(slider, dParamStopERP, p->step * stiffness / sum);
+    dJointSetSliderParam(slider, dParamStopCFM, 1 / sum);
+}
+
 /* A motor of 20 N presses a pad onto a body that a spring of 2,000 N/m and 20 N s/m holds: it goes back by 10 mm, and
  * the pad lies on it. */
 static void test_against_a_spring(void **state)
@@ -137,12 +148,7 @@ static void test_against_a_spring(void **state)
         begin(&p, STEPS[i]);
         dBodyID pad = add_box(&p, 0.05, EDGE, EDGE, EDGE), held = add_box(&p, 0.05, EDGE, EDGE, EDGE);
         dBodySetPosition(pad, -EDGE - 1e-4, 0, 0);
-        dJointID spring = add_slider(&p, held, 0, 0);
-        double sum = STEPS[i] * STIFFNESS + DAMPING;
-        dJointSetSliderParam(spring, dParamLoStop, 0);
-        dJointSetSliderParam(spring, dParamHiStop, 0);
-        dJointSetSliderParam(spring, dParamStopERP, STEPS[i] * STIFFNESS / sum);
-        dJointSetSliderParam(spring, dParamStopCFM, 1 / sum);
+        add_spring(&p, held, STIFFNESS, DAMPING);
         add_slider(&p, pad, 0.5, FORCE);
         run(&p, 2);
         double at = dBodyGetPosition(held)[0];
@@ -150,6 +156,30 @@ static void test_against_a_spring(void **state)
         assert_lies_within(dBodyGetPosition(pad)[0] + EDGE - at, 1e-4);
         end(&p);
     }
+}
+
+/* A body that moves whatever it meets pushes another one against a spring, stops, and stays where it is. It has done
+ * all the work, and nothing is left to be made up for. */
+static void test_driven_onto_a_spring(void **state)
+{
+    (void)state;
+    static const double STEP = 0.0005, STIFFNESS = 1e5, DAMPING = 10, SPEED = 0.1, TIME = 0.2;
+    press p;
+    begin(&p, STEP);
+    dBodyID pusher = add_box(&p, 1, EDGE, EDGE, EDGE), pushed = add_box(&p, 0.2, EDGE, EDGE, EDGE);
+    dBodyID held = add_box(&p, 0.05, EDGE, EDGE, EDGE);
+    dBodySetKinematic(pusher);
+    dBodySetPosition(pusher, -EDGE - 1e-4, 0, 0);
+    dBodySetPosition(held, EDGE + 1e-4, 0, 0);
+    add_spring(&p, held, STIFFNESS, DAMPING);
+    dBodySetLinearVel(pusher, SPEED, 0, 0);
+    run(&p, TIME);
+    dBodySetLinearVel(pusher, 0, 0, 0);
+    run(&p, 1);
+    assert_lies_within(dBodyGetPosition(pusher)[0] + EDGE - dBodyGetPosition(pushed)[0], 1e-5);
+    assert_lies_within(dBodyGetPosition(pushed)[0] + EDGE - dBodyGetPosition(held)[0], 1e-5);
+    assert_close(dBodyGetPosition(held)[0], SPEED * TIME + EDGE - 1e-4, 1e-5);
+    end(&p);
 }
 
 /* A block of 2 kg lies on a sheet of 10 g and 2 mm, which a motor pulls along. A light body may not sink in by a
@@ -190,6 +220,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_overlaps_in_a_row),
         cmocka_unit_test(test_against_a_spring),
+        cmocka_unit_test(test_driven_onto_a_spring),
         cmocka_unit_test(test_on_a_thin_sheet),
     };
     dInitODE2(0);
