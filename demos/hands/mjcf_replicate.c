@@ -8,10 +8,10 @@ enum { MOST_ELEMENTS = 100000 };
 typedef struct replication {
     mjcf *m;
     size_t elements; /* that all replicates have made */
-    /* Of the one that is being done: */
+    /* These belong to the <replicate> that is being copied. */
     const char *separator;
     int count, digits;
-    xmlHashTable *names; /* what its copies have a suffix for: names of a kind */
+    xmlHashTable *names; /* names of a kind that get a suffix in its copies */
 } replication;
 
 static const char *suffix_of(replication *t, int index)

@@ -65,11 +65,14 @@ void pinch_find_shallow_faces(const pinch_shape_pair *pair, int which, const pin
                               pinch_shallow_faces *shallow)
 {
     const pinch_shape *shape = which ? pair->b : pair->a, *other = which ? pair->a : pair->b;
-    double size = pair->a->bound + pair->b->bound + pinch_v3_norm(pair->p), far[3], centre[3], x[3], deepest[3];
-    double level = (best->overlap > 0 ? best->overlap : 0) + OFF_ARC * size, radius = pinch_inner_ball(other, x);
-    double clear = level > radius ? level - radius : 0;
+    double far[3], centre[3], x[3], deepest[3];
     shallow->hull = shape->kind == PINCH_SHAPE_HULL ? shape->hull : NULL;
     if (!shallow->hull) return;
+    double size = pair->a->bound + pair->b->bound + pinch_v3_norm(pair->p);
+    double level = (best->overlap > 0 ? best->overlap : 0) + OFF_ARC * size, radius = pinch_inner_ball(other, x);
+    double clear = level > radius ? level - radius : 0;
+    /* pinch_pair_support_a and _b are written out: with one more caller the compiler does not put them into GJK's loop
+     * any more, and ellipsoids cost 13 % more. */
     if (which) {
         pinch_pair_point_to_b(pair, x, centre);
         const double back[3] = {-best->normal[0], -best->normal[1], -best->normal[2]};
