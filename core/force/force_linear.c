@@ -107,12 +107,10 @@ static bool may_be_single(const pinch_force_system *s)
     return bodies;
 }
 
-static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
+/* Plans the factorization of the blocks that have been laid out. */
+static bool plan_blocks(pinch_arena *arena, pinch_force_system *s, bool complete)
 {
-    if (!s->planned && !lay_out(arena, s)) return false;
     int clusters = s->mobility->cluster_count, edges = coupled_pairs(s, NULL);
-    pinch_arena_rewind(arena, &s->laid_out);
-    s->planned = true;
     int *edge = PINCH_ARENA_ARRAY(arena, int, 2 * edges + 1);
     if (!edge) return false;
     pinch_block_graph graph = {s->block_count, clusters, coupled_pairs(s, edge), edge};
@@ -136,6 +134,17 @@ static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
     size_t split = pinch_block_dilu_room(&s->lu), vectors = 6 * (size_t)s->block_first[s->block_count];
     s->krylov = PINCH_ARENA_ARRAY(arena, double, split > vectors ? split : vectors);
     return !arena->failed;
+}
+
+/* Plans anew, in the place of the last plan unless its caller has put something behind that one. */
+static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
+{
+    if (!s->planned && !lay_out(arena, s)) return false;
+    if (s->planned && pinch_arena_is_at(arena, &s->plan_end)) pinch_arena_rewind(arena, &s->laid_out);
+    s->planned = true;
+    bool done = plan_blocks(arena, s, complete);
+    s->plan_end = pinch_arena_here(arena);
+    return done;
 }
 
 static void eliminate_elements(void *argument, int first, int end)

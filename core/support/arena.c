@@ -60,6 +60,11 @@ pinch_arena_mark pinch_arena_here(const pinch_arena *arena)
     return mark;
 }
 
+bool pinch_arena_is_at(const pinch_arena *arena, const pinch_arena_mark *mark)
+{
+    return arena->used == mark->used && arena->spilled == mark->spilled && arena->spill == mark->spill;
+}
+
 void *pinch_arena_rewind_but(pinch_arena *arena, const pinch_arena_mark *mark, const void *array, size_t bytes)
 {
     pinch_arena_block *newer = arena->spill;

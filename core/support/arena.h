@@ -43,6 +43,8 @@ typedef struct pinch_arena_mark {
 } pinch_arena_mark;
 
 pinch_arena_mark pinch_arena_here(const pinch_arena *arena);
+/* Tells whether nothing has been allocated since, or all of it has been released. */
+bool pinch_arena_is_at(const pinch_arena *arena, const pinch_arena_mark *mark);
 /* Releases what has been allocated since. */
 void pinch_arena_rewind(pinch_arena *arena, const pinch_arena_mark *mark);
 /* Does the same but keeps one array of `bytes`, which moves to the front of what was released. Returns its new place,

@@ -4,6 +4,7 @@
  */
 #include "support/cmocka_all.h"
 
+#include "force/force_joints.h"
 #include "support/block_lu.h"
 #include "support/draw.h"
 #include "support/island_check.h"
@@ -307,9 +308,41 @@ static void test_its_factors_fill_in(void **state)
     pinch_arena_free(&arena);
 }
 
+/* Where iteration gives way to complete factors, these are planned while a way down to stiffer floors has its arrays
+ * behind the plan that they replace. */
+static void test_a_new_plan_leaves_what_follows_the_old_one(void **state)
+{
+    (void)state;
+    enum { COUNT = 4 * CONTACTS };
+    static lattice l;
+    pinch_arena arena;
+    pinch_mobility mobility;
+    pinch_force_system s = {.orders = NULL};
+    make(&l, 1);
+    pinch_arena_init(&arena);
+    assert_true(pinch_mobility_build(&arena, &l.problem, PINCH_ELIMINATE_WHERE_CHEAP, &mobility));
+    assert_true(pinch_force_system_build(&arena, &l.problem, &mobility, &s));
+    s.budget = INFINITY;
+    pinch_force_warm_start(&s, &l.problem);
+    pinch_force_set_floor(&s, 1e-4);
+    assert_non_null(pinch_force_clear_rhs(&arena, &s));
+    assert_true(s.iterative);
+    double *kept = PINCH_ARENA_ARRAY(&arena, double, COUNT);
+    assert_non_null(kept);
+    for (int k = 0; k < COUNT; k++) kept[k] = k;
+    assert_true(pinch_force_stop_iterating(&arena, &s));
+    double *rhs = pinch_force_clear_rhs(&arena, &s), *later = PINCH_ARENA_ARRAY(&arena, double, COUNT);
+    assert_non_null(rhs);
+    assert_non_null(later);
+    for (int k = 0; k < COUNT; k++) later[k] = -1;
+    for (int k = 0; k < COUNT; k++) assert_true(kept[k] == k);
+    pinch_arena_free(&arena);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_its_factors_fill_in),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_a_new_plan_leaves_what_follows_the_old_one),
+                                       cmocka_unit_test(test_its_factors_fill_in),
                                        cmocka_unit_test(test_the_laws_hold),
                                        cmocka_unit_test(test_stiffer_than_single_precision),
                                        cmocka_unit_test(test_factors_take_over),
