@@ -36,7 +36,8 @@ typedef void island_work(pinch_ode *p, int worker, pinch_island *island);
 typedef struct island_pass {
     pinch_ode *p;
     island_work *work;
-    bool reads_ode; /* it reads most of what ODE has of each island */
+    bool reads_ode;               /* it reads most of what ODE has of each island */
+    void (*by_one)(pinch_ode *p); /* what the caller's thread begins with, beside the pass; NULL: nothing */
 } island_pass;
 
 /* Asks ahead for Pinch's own records of bodies and joints, which tell where ODE has them. Of what ODE has skipped, only
@@ -85,8 +86,12 @@ enum { MANY = 64, MANY_BODIES = 256 };
 
 static void work_on_islands(void *context, int worker, int first, int end)
 {
-    const island_pass *pass = context;
+    island_pass *pass = context;
     pinch_ode *p = pass->p;
+    if (worker == 0 && pass->by_one) {
+        pass->by_one(p);
+        pass->by_one = NULL;
+    }
     bool ahead = pass->reads_ode && p->graph.count > MANY;
     for (int k = first; k < end; k++) {
         if (p->graph.items[k].shared) continue;
@@ -118,13 +123,19 @@ static void find_shared_islands(pinch_ode *p)
 }
 
 /* Shares the islands out to the threads, behind those whose loops all threads share. */
+static void make_pass(island_pass *pass)
+{
+    pinch_ode *p = pass->p;
+    for (int k = 0; k < p->graph.count && p->pool.workers && p->contacts.results.count >= LARGE; k++)
+        if (p->graph.items[k].shared) pass->work(p, 0, &p->graph.items[k]);
+    pinch_workers_run(little_to_do(p) ? NULL : p->pool.workers, work_on_islands, pass, p->graph.count,
+                      p->graph.count > MANY ? MANY_AT_A_TIME : FEW_AT_A_TIME);
+    if (pass->by_one) pass->by_one(p);
+}
+
 static void for_each_island(pinch_ode *p, island_work *work, bool reads_ode)
 {
-    island_pass pass = {p, work, reads_ode};
-    for (int k = 0; k < p->graph.count && p->pool.workers && p->contacts.results.count >= LARGE; k++)
-        if (p->graph.items[k].shared) work(p, 0, &p->graph.items[k]);
-    pinch_workers_run(little_to_do(p) ? NULL : p->pool.workers, work_on_islands, &pass, p->graph.count,
-                      p->graph.count > MANY ? MANY_AT_A_TIME : FEW_AT_A_TIME);
+    make_pass(&(island_pass){p, work, reads_ode, NULL});
 }
 
 /* Wakes the threads up for the passes of a step, as far as the last one tells whether there will be any. */
@@ -172,6 +183,13 @@ static void carry_on(pinch_ode *p, int worker, pinch_island *island)
     pinch_stop_drives(&p->graph.bodies, island);
     pinch_enable_joints(&p->joints, &island->joints);
     pinch_carry_history(&p->context, &p->contacts, &p->graph.bodies, island, crew);
+}
+
+/* Each body's geoms are put into ODE's list of those that have moved, in an order of its own. Nothing that carries on
+ * reads or writes geoms. */
+static void tell_geoms(pinch_ode *p)
+{
+    pinch_tell_geoms_of_islands(&p->graph, p->graph.count > MANY);
 }
 
 static void take_back(pinch_ode *p, pinch_island *island)
@@ -450,8 +468,7 @@ static void go_on(pinch_ode *p)
 {
     dWorldGetGravity(p->context.world, p->context.gravity_now);
     pinch_move_shared_bodies(&p->context, &p->graph, p->stepped);
-    for_each_island(p, carry_on, true);
-    pinch_tell_geoms_of_islands(&p->graph, p->graph.count > MANY);
+    make_pass(&(island_pass){p, carry_on, true, tell_geoms});
     fade_noise(p);
     for_each_island_in_order(p, conclude_step);
 }

@@ -107,15 +107,15 @@ static bool put_rest_aside(pinch_contact_store *store)
     return true;
 }
 
-/* Asks ahead for the pair of a contact some places later, and for what a nearer one will read of its pair's bodies: the
- * pair says which bodies these are, and has to be there by then. */
-static void prefetch_later(const pinch_contact_store *store)
+/* Asks ahead for the pair of a contact some places after `place` in the last step, and for what a nearer one will read
+ * of its pair's bodies: the pair says which bodies these are, and has to be there by then. */
+static void prefetch_later(const pinch_contact_store *store, int place)
 {
     enum { AHEAD = 8, PAIR_AHEAD = 16, MANY = 300 };
     if (store->buffered_before < MANY) return;
-    const pinch_buffered_contact *later = contact_before(store, store->expected + PAIR_AHEAD);
+    const pinch_buffered_contact *later = contact_before(store, place + PAIR_AHEAD);
     if (later) pinch_prefetch(&store->pairs.items[later->pair], sizeof *store->pairs.items);
-    later = contact_before(store, store->expected + AHEAD);
+    later = contact_before(store, place + AHEAD);
     if (!later) return;
     const pinch_pair *pair = &store->pairs.items[later->pair];
     for (int side = 0; side < 2; side++) { /* of bodies that move by themselves, whether they do is all */
@@ -310,7 +310,7 @@ static pinch_status buffer_contact(const pinch_contact_sink *sink, incoming_cont
         return PINCH_OK;
     }
     if (!PINCH_RESERVE(store->buffer, store->buffer.count + 1)) return PINCH_OUT_OF_MEMORY;
-    prefetch_later(store);
+    prefetch_later(store, store->expected);
     pinch_pair *pair = expected_pair(store, c);
     if (!pair && (!put_rest_aside(store) || !look_up_sides(store, c))) return PINCH_OUT_OF_MEMORY;
     if (!c->material) {
@@ -356,13 +356,13 @@ bool pinch_may_take_again(const pinch_contact_store *store)
 }
 
 /* Returns the pair if all of its contacts in the last step are these, as far as their number and places go. */
-static pinch_pair *pair_in_place(const pinch_contact_store *store, long now, int count, int place)
+static pinch_pair *pair_in_place(const pinch_contact_store *store, long now, pinch_range places)
 {
-    if (place < 0 || place + count > store->buffered_before) return NULL;
-    pinch_pair *pair = &store->pairs.items[store->buffer.items[place].pair];
-    bool same = pair->last_step == now - 1 && pair->first_buffered == place && pair->buffered_count == count;
-    for (int i = 0; i < count && same; i++)
-        same = store->buffer.items[place + i].next == (i + 1 < count ? place + i + 1 : -1);
+    pinch_pair *pair = &store->pairs.items[store->buffer.items[places.first].pair];
+    int end = places.first + places.count;
+    bool same =
+        pair->last_step == now - 1 && pair->first_buffered == places.first && pair->buffered_count == places.count;
+    for (int k = places.first; k < end && same; k++) same = store->buffer.items[k].next == (k + 1 < end ? k + 1 : -1);
     return same ? pair : NULL;
 }
 
@@ -378,50 +378,49 @@ static bool has_surface(const pinch_contact_store *store, const incoming_contact
     return pinch_surface_of(c->contact, c->swapped, &own) && pinch_is_kept_surface(store, surface, &own);
 }
 
-/* The contact comes in the place of `before`. */
+/* A contact of a pair in the place of `before`, which the pair had in the last step. */
 static incoming_contact come_again(const dContact *contact, const dBodyID body[2], const pinch_buffered_contact *before)
 {
     return (incoming_contact){.contact = contact, .body = {body[0], body[1]}, .joint = -1, .swapped = before->swapped};
 }
 
-bool pinch_comes_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts, int count,
-                       int place)
+/* Tells whether it may be taken as it comes. Reads what it is between. */
+static bool comes_again(const pinch_contact_sink *sink, const pinch_pair *pair, incoming_contact *c, int surface)
 {
-    const pinch_contact_store *store = sink->store;
-    const pinch_ode_settings *settings = &sink->context->settings;
-    const pinch_pair *pair = pair_in_place(store, sink->context->number, count, place);
-    const dBodyID body[2] = {dGeomGetBody(geom[0]), dGeomGetBody(geom[1])};
-    if (!pair || (!pair->has_material && !surfaces_solvable(settings, sink->drives))) return false;
-    for (int i = 0; i < count; i++) {
-        const pinch_buffered_contact *before = &store->buffer.items[place + i];
-        incoming_contact c = come_again(&contacts[i], body, before);
-        bool s = c.swapped;
-        if (!read_sides(&c, sink->drives) || !is_between(pair, &c)) return false;
-        for (int side = 0; side < 2; side++)
-            if (c.moves[side] != (pair->step_body[side ^ (int)s] >= 0)) return false;
-        if (!pair->has_material && !(in_scope(settings, c.contact) && has_surface(store, &c, before->surface)))
-            return false;
-    }
-    return true;
+    if (!read_sides(c, sink->drives) || !is_between(pair, c)) return false;
+    for (int side = 0; side < 2; side++)
+        if (c->moves[side] != (pair->step_body[side ^ (int)c->swapped] >= 0)) return false;
+    return pair->has_material ||
+           (in_scope(&sink->context->settings, c->contact) && has_surface(sink->store, c, surface));
 }
 
-bool pinch_take_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts, int count,
-                      int place)
+pinch_taken pinch_take_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts,
+                             pinch_range places)
 {
     pinch_contact_store *store = sink->store;
+    const pinch_buffered_contact *before = &store->buffer.items[places.first];
     const dBodyID body[2] = {dGeomGetBody(geom[0]), dGeomGetBody(geom[1])};
-    pinch_pair *pair = &store->pairs.items[store->buffer.items[place].pair];
-    for (int i = 0; i < count; i++) {
-        const pinch_buffered_contact *before = &store->buffer.items[place + i];
-        incoming_contact c = come_again(&contacts[i], body, before);
-        if (i == 0) {
-            (void)read_sides(&c, sink->drives);
-            begin_pair(store, pair, &c, sink->context->number);
-        }
-        c.surface = before->surface;
-        put(store, pair, &c, place + i, before);
+    prefetch_later(store, places.first);
+    pinch_pair *pair = pair_in_place(store, sink->context->number, places);
+    if (!pair || (!pair->has_material && !surfaces_solvable(&sink->context->settings, sink->drives)))
+        return PINCH_NOT_TAKEN;
+    for (int i = places.count - 1; i > 0; i--) {
+        incoming_contact c = come_again(&contacts[i], body, &before[i]);
+        if (!comes_again(sink, pair, &c, before[i].surface)) return PINCH_NOT_TAKEN;
     }
-    return pair->unchanged && !pair->watched;
+    incoming_contact c = come_again(contacts, body, before);
+    if (!comes_again(sink, pair, &c, before->surface)) return PINCH_NOT_TAKEN;
+    bool was_prescribed = pair->is_prescribed;
+    begin_pair(store, pair, &c, sink->context->number);
+    for (int i = 0; i < places.count; i++) {
+        c.contact = &contacts[i];
+        c.swapped = before[i].swapped;
+        c.surface = before[i].surface;
+        put(store, pair, &c, places.first + i, &before[i]);
+    }
+    store->buffer.items[places.first].was_prescribed = was_prescribed;
+    store->buffer.items[places.first].unchanged = pair->unchanged;
+    return pair->unchanged && !pair->watched ? PINCH_TAKEN_UNCHANGED : PINCH_TAKEN;
 }
 
 void pinch_taken_again(pinch_contact_store *store, int count, bool unchanged)
@@ -429,6 +428,57 @@ void pinch_taken_again(pinch_contact_store *store, int count, bool unchanged)
     store->buffer.count = store->expected = count;
     store->all_pairs_came = count == store->buffered_before;
     store->unchanged = store->unchanged && unchanged;
+}
+
+bool pinch_give_back(const pinch_contact_sink *sink, pinch_range *places)
+{
+    pinch_contact_store *store = sink->store;
+    const pinch_buffered_contact *taken = &store->buffer.items[places->first];
+    pinch_pair *pair = &store->pairs.items[taken->pair];
+    int kept = store->given_back.count;
+    if (!PINCH_RESERVE(store->given_back, kept + places->count)) return false;
+    pair->last_step = sink->context->number - 1;
+    pair->is_prescribed = taken->was_prescribed;
+    memcpy(&store->given_back.items[kept], taken, (size_t)places->count * sizeof *taken);
+    store->given_back.count += places->count;
+    places->first = kept;
+    return true;
+}
+
+/* Makes a contact of what was taken, which is to be handed over again. */
+static void restore(const pinch_pair *pair, const pinch_buffered_contact *taken, dContactGeom *geom)
+{
+    *geom = (dContactGeom){.g1 = pair->id[taken->swapped], .g2 = pair->id[!taken->swapped], .depth = taken->found[6]};
+    memcpy(geom->pos, taken->found, 3 * sizeof(double));
+    memcpy(geom->normal, taken->found + 3, 3 * sizeof(double));
+}
+
+pinch_status pinch_buffer_given_back(const pinch_contact_sink *sink, const dGeomID geom[2], pinch_range kept)
+{
+    pinch_contact_store *store = sink->store;
+    long now = sink->context->number;
+    bool unchanged = store->given_back.items[kept.first].unchanged;
+    for (int i = 0; i < kept.count; i++) {
+        const pinch_buffered_contact *taken = &store->given_back.items[kept.first + i];
+        pinch_pair *pair = &store->pairs.items[taken->pair];
+        dContact contact;
+        incoming_contact c = {.contact = &contact, .body = {dGeomGetBody(geom[0]), dGeomGetBody(geom[1])}, .joint = -1};
+        restore(pair, taken, &contact.geom);
+        (void)read_sides(&c, sink->drives);
+        if (!PINCH_RESERVE(store->buffer, store->buffer.count + 1)) return PINCH_OUT_OF_MEMORY;
+        if (!expected_pair(store, &c) && !put_rest_aside(store)) return PINCH_OUT_OF_MEMORY;
+        c.swapped = taken->swapped;
+        c.surface = taken->surface;
+        if (pair->last_step != now) begin_pair(store, pair, &c, now);
+        pair->unchanged = pair->unchanged && unchanged; /* what is compared with has been written over */
+        append(store, pair, &c);
+    }
+    return PINCH_OK;
+}
+
+void pinch_given_back(pinch_contact_store *store)
+{
+    store->given_back.count = 0;
 }
 
 /* ---- contact joints that the program made ---- */

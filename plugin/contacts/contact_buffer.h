@@ -25,18 +25,26 @@ pinch_status pinch_buffer_contact_joint(const pinch_contact_sink *sink, const pi
 
 /*
  * Where all contacts of a step come in the places of those of the last step, between the same sides and with the same
- * surfaces, several threads may take them over, to the same bits. Does the buffer allow for that?
+ * surfaces, several threads may take them over, to the same bits. Where it turns out that not all do, those that were
+ * taken are given back, and all are handed over in their order.
  */
+typedef enum pinch_taken { PINCH_NOT_TAKEN, PINCH_TAKEN, PINCH_TAKEN_UNCHANGED /* to the bit */ } pinch_taken;
+
+/* Does the buffer allow for that? */
 bool pinch_may_take_again(const pinch_contact_store *store);
-/* Tells whether all contacts of a pair of geoms, from `place` on, are such. Any thread may ask. */
-bool pinch_comes_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts, int count,
-                       int place);
-/* Takes them over. Each pair may be a thread's of its own. Returns whether they are those of the last step, to the bit.
- */
-bool pinch_take_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts, int count,
-                      int place);
-/* Ends it when all are taken over, from place 0 on; unchanged: all are those of the last step. */
+/* Takes the contacts of a pair of geoms if they come in these places, which the last step had filled. Several threads
+ * may do so for places of their own. */
+pinch_taken pinch_take_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts,
+                             pinch_range places);
+/* Ends it when all have been taken, from place 0 on; unchanged: all are those of the last step. */
 void pinch_taken_again(pinch_contact_store *store, int count, bool unchanged);
+/* Otherwise all pairs that were taken are given back before any contact is handed over. Sets where the contacts of the
+ * pair in these places are kept. Returns false when memory runs out. */
+bool pinch_give_back(const pinch_contact_sink *sink, pinch_range *places);
+/* Buffers the contacts of a pair that has been given back. */
+pinch_status pinch_buffer_given_back(const pinch_contact_sink *sink, const dGeomID geom[2], pinch_range kept);
+/* Ends it when all have been. */
+void pinch_given_back(pinch_contact_store *store);
 
 /*
  * ODE's own solver must not see the contact joints that Pinch solves. The program must find them as it left them, with

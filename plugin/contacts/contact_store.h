@@ -102,6 +102,8 @@ typedef struct pinch_buffered_contact {
     int joint;     /* index of the contact joint it came with, -1 for none */
     int8_t point;  /* its place in the manifold, -1 for none */
     bool swapped;  /* the pair's first geom is the contact's second */
+    /* of a pair's first contact that one of several threads takes: of the pair, in the last step; and now */
+    bool was_prescribed, unchanged;
 } pinch_buffered_contact;
 
 /* A first friction direction as it was handed over. */
@@ -152,8 +154,9 @@ typedef struct pinch_contact_store {
         PINCH_LIST(pinch_direction) directions;
         int first, first_direction; /* the places in the last step that these had */
         bool any;
-    } put_aside;  /* of the last step, where this one's contacts come in another order */
-    int expected; /* where the last step had what mostly comes next */
+    } put_aside; /* of the last step, where this one's contacts come in another order */
+    PINCH_LIST(pinch_buffered_contact) given_back; /* see contact_buffer.h */
+    int expected;                                  /* where the last step had what mostly comes next */
     PINCH_LIST(pinch_ode_contact) results;
 
     /* what is still as in the last step, as far as the contacts handed over so far tell */

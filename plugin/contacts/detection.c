@@ -9,6 +9,7 @@ void pinch_detection_free(pinch_detection *d)
         free(d->batches.items[k].pairs.items);
         free(d->batches.items[k].contacts.items);
     }
+    for (int k = 0; k < PINCH_ODE_MOST_THREADS; k++) free(d->found[k].items);
     free(d->batches.items);
     pinch_near_pairs_free(&d->near);
     free(d->whole.items);
@@ -19,6 +20,7 @@ size_t pinch_detection_bytes(const pinch_detection *d)
     size_t bytes = pinch_near_pairs_bytes(&d->near) + PINCH_LIST_BYTES(d->whole) + PINCH_LIST_BYTES(d->batches);
     for (int k = 0; k < d->batches.room; k++)
         bytes += PINCH_LIST_BYTES(d->batches.items[k].pairs) + PINCH_LIST_BYTES(d->batches.items[k].contacts);
+    for (int k = 0; k < PINCH_ODE_MOST_THREADS; k++) bytes += PINCH_LIST_BYTES(d->found[k]);
     return bytes;
 }
 
@@ -37,29 +39,30 @@ static void note_hit(void *context, dGeomID a, dGeomID b)
     *(bool *)context = true;
 }
 
-/* Has a pair looked at, whose contacts go to the end of the batch. ODE is asked first: geom classes of a program may
- * tell by a test of their own that a pair is apart (dGeomClass.aabb_test). */
-static pinch_status look_at(const pinch_detection_request *r, pinch_near_pair *pair, pinch_near_batch *into)
+/* Has a pair looked at, whose contacts are put into `found`. ODE is asked first: geom classes of a program may tell by
+ * a test of their own that a pair is apart (dGeomClass.aabb_test). */
+static pinch_status look_at(const pinch_detection_request *r, pinch_near_pair *pair, pinch_found_contacts *found)
 {
     bool may_touch = false;
-    pair->points = (pinch_range){into->contacts.count, 0};
+    pair->points = (pinch_range){0, 0};
+    pair->taken = false;
+    found->count = 0;
     dSpaceCollide2(pair->geom[0], pair->geom[1], &may_touch, note_hit);
     if (!may_touch) return PINCH_OK;
-    if (!PINCH_RESERVE(into->contacts, into->contacts.count + r->most)) return PINCH_OUT_OF_MEMORY;
-    dContact *room = into->contacts.items + into->contacts.count;
-    int found = r->near(r->context, pair->geom[0], pair->geom[1], r->most, room);
-    if (found < 0 || found > r->most) return PINCH_INVALID_ARGUMENT;
-    pair->points.count = found;
-    into->contacts.count += found;
+    if (!PINCH_RESERVE(*found, r->most)) return PINCH_OUT_OF_MEMORY;
+    found->count = r->near(r->context, pair->geom[0], pair->geom[1], r->most, found->items);
+    if (found->count < 0 || found->count > r->most) return PINCH_INVALID_ARGUMENT;
+    pair->points.count = found->count;
     return PINCH_OK;
 }
 
-static pinch_status hand_on(const pinch_near_pair *pair, const pinch_near_batch *found, const pinch_contact_sink *sink)
+static pinch_status hand_on(const pinch_near_pair *pair, const pinch_found_contacts *found,
+                            const pinch_contact_sink *sink)
 {
     const dBodyID body[2] = {dGeomGetBody(pair->geom[0]), dGeomGetBody(pair->geom[1])};
     pinch_status status = PINCH_OK;
     for (int k = 0; k < pair->points.count && status == PINCH_OK; k++)
-        status = pinch_buffer_contact(sink, &found->contacts.items[pair->points.first + k], body[0], body[1]);
+        status = pinch_buffer_contact(sink, &found->items[pair->points.first + k], body[0], body[1]);
     return status;
 }
 
@@ -72,7 +75,6 @@ typedef struct shared_detection {
     int items;                             /* geoms, or listed pairs */
     bool may_take_again;                   /* the buffer */
     bool has_data[PINCH_ODE_MOST_THREADS]; /* ODE's, of a thread */
-    atomic_bool changed;                   /* a contact is not that of the last step */
 } shared_detection;
 
 static int batches_of(const shared_detection *s)
@@ -93,21 +95,41 @@ static bool find_pairs(const shared_detection *s, int number, pinch_near_pair_li
     return true;
 }
 
-static pinch_status look_at_batch(const shared_detection *s, int number)
+/* Takes the contacts found between a pair into the places that the batch had in the last step, or puts them among those
+ * that were not taken. */
+static bool take_or_keep(const shared_detection *s, pinch_near_batch *batch, int place, pinch_near_pair *pair,
+                         const pinch_found_contacts *found)
+{
+    const pinch_range places = {place, found->count};
+    bool has_places = s->may_take_again && place + found->count <= batch->places.first + batch->places.count;
+    pinch_taken taken = has_places ? pinch_take_again(s->sink, pair->geom, found->items, places) : PINCH_NOT_TAKEN;
+    if (taken != PINCH_TAKEN_UNCHANGED) batch->changed = true;
+    pair->taken = taken != PINCH_NOT_TAKEN;
+    pair->points.first = pair->taken ? place : batch->contacts.count;
+    if (pair->taken) return true;
+    if (!PINCH_RESERVE(batch->contacts, batch->contacts.count + found->count)) return false;
+    memcpy(batch->contacts.items + batch->contacts.count, found->items, (size_t)found->count * sizeof *found->items);
+    batch->contacts.count += found->count;
+    return true;
+}
+
+static pinch_status look_at_batch(const shared_detection *s, int number, pinch_found_contacts *found)
 {
     pinch_near_batch *batch = &s->detection->batches.items[number];
+    int place = batch->places.first;
     batch->contacts.count = 0;
-    batch->comes_again = s->may_take_again;
+    batch->changed = false;
+    batch->looked_at = s->detection->shared;
     if (!find_pairs(s, number, &batch->pairs)) return PINCH_OUT_OF_MEMORY;
-    pinch_status status = PINCH_OK;
-    for (int k = 0; k < batch->pairs.count && status == PINCH_OK; k++) {
+    for (int k = 0; k < batch->pairs.count; k++) {
         pinch_near_pair *pair = &batch->pairs.items[k];
-        status = look_at(&s->detection->request, pair, batch);
-        if (status == PINCH_OK && pair->points.count > 0 && batch->comes_again)
-            batch->comes_again = pinch_comes_again(s->sink, pair->geom, batch->contacts.items + pair->points.first,
-                                                   pair->points.count, batch->before + pair->points.first);
+        pinch_status status = look_at(&s->detection->request, pair, found);
+        if (status != PINCH_OK) return status;
+        if (found->count > 0 && !take_or_keep(s, batch, place, pair, found)) return PINCH_OUT_OF_MEMORY;
+        place += found->count;
     }
-    return status;
+    batch->places.count = place - batch->places.first;
+    return PINCH_OK;
 }
 
 static void look_at_some(void *context, int worker, int first, int end)
@@ -116,62 +138,78 @@ static void look_at_some(void *context, int worker, int first, int end)
     pinch_status status = PINCH_OK;
     if (worker > 0 && !s->has_data[worker]) s->has_data[worker] = dAllocateODEDataForThread(dAllocateMaskAll) != 0;
     if (worker > 0 && !s->has_data[worker]) status = PINCH_OUT_OF_MEMORY;
-    for (int b = first; b < end && status == PINCH_OK; b++) status = look_at_batch(s, b);
+    pinch_found_contacts found = s->detection->found[worker]; /* the threads' own lie side by side */
+    for (int b = first; b < end && status == PINCH_OK; b++) status = look_at_batch(s, b, &found);
+    s->detection->found[worker] = found;
     if (status != PINCH_OK) atomic_store(&s->detection->status, (int)status);
 }
 
-static void take_some_again(void *context, int worker, int first, int end)
+/* Counts pairs and contacts, and gives each batch the places of its contacts. Tells whether all have been taken where
+ * they come, and whether they are those of the last step, to the bit. */
+static bool count_batches(const shared_detection *s, int *contacts, bool *unchanged)
 {
-    shared_detection *s = context;
-    bool unchanged = true;
-    (void)worker;
-    for (int b = first; b < end; b++) {
-        const pinch_near_batch *batch = &s->detection->batches.items[b];
-        for (int k = 0; k < batch->pairs.count; k++) {
-            const pinch_near_pair *pair = &batch->pairs.items[k];
-            if (pair->points.count == 0) continue;
-            bool same = pinch_take_again(s->sink, pair->geom, batch->contacts.items + pair->points.first,
-                                         pair->points.count, batch->before + pair->points.first);
-            unchanged = unchanged && same;
-        }
-    }
-    if (!unchanged) atomic_store(&s->changed, true);
-}
-
-/* Counts pairs and contacts, and the contacts before each batch. Tells whether all contacts come in the places of the
- * last step's. */
-static bool count_batches(const shared_detection *s, int *contacts)
-{
-    bool again = s->may_take_again;
+    bool taken = s->may_take_again;
     *contacts = s->detection->pairs_before = 0;
+    *unchanged = true;
     for (int b = 0; b < batches_of(s); b++) {
         pinch_near_batch *batch = &s->detection->batches.items[b];
-        again = again && batch->comes_again && batch->before == *contacts;
-        batch->before = *contacts;
-        *contacts += batch->contacts.count;
+        taken = taken && batch->contacts.count == 0 && (batch->places.count == 0 || batch->places.first == *contacts);
+        *unchanged = *unchanged && !batch->changed;
+        batch->places.first = *contacts;
+        *contacts += batch->places.count;
         s->detection->pairs_before += batch->pairs.count;
     }
-    return again;
+    s->detection->batches_before = batches_of(s);
+    return taken;
+}
+
+/* Returns false when memory runs out. */
+static bool give_back_all(const shared_detection *s)
+{
+    for (int b = 0; b < batches_of(s); b++) {
+        const pinch_near_batch *batch = &s->detection->batches.items[b];
+        bool looked_at = batch->looked_at == s->detection->shared; /* unless a pair before it went wrong */
+        for (int k = 0; k < batch->pairs.count && looked_at; k++) {
+            pinch_near_pair *pair = &batch->pairs.items[k];
+            if (pair->taken && !pinch_give_back(s->sink, &pair->points)) return false;
+        }
+    }
+    return true;
+}
+
+/* Hands all contacts on in their order. */
+static pinch_status hand_all_on(const shared_detection *s)
+{
+    pinch_status status = PINCH_OK;
+    for (int b = 0; b < batches_of(s); b++) {
+        const pinch_near_batch *batch = &s->detection->batches.items[b];
+        for (int k = 0; k < batch->pairs.count && status == PINCH_OK; k++) {
+            const pinch_near_pair *pair = &batch->pairs.items[k];
+            status = pair->taken ? pinch_buffer_given_back(s->sink, pair->geom, pair->points)
+                                 : hand_on(pair, &batch->contacts, s->sink);
+        }
+    }
+    return status;
 }
 
 static pinch_status detect_with(pinch_workers *workers, shared_detection *s)
 {
     pinch_detection *d = s->detection;
     int contacts;
+    bool unchanged;
     if (!reserve_batches(d, batches_of(s))) return PINCH_OUT_OF_MEMORY;
+    s->may_take_again = d->batches_before == batches_of(s) && pinch_may_take_again(s->sink->store);
+    d->shared++;
     atomic_store(&d->status, PINCH_OK);
     pinch_workers_run(workers, look_at_some, s, batches_of(s), 1);
     pinch_status status = (pinch_status)atomic_load(&d->status);
-    if (count_batches(s, &contacts) && status == PINCH_OK) {
-        pinch_workers_run(workers, take_some_again, s, batches_of(s), 4);
-        pinch_taken_again(s->sink->store, contacts, !atomic_load(&s->changed));
-        return status;
+    if (count_batches(s, &contacts, &unchanged) && status == PINCH_OK) {
+        pinch_taken_again(s->sink->store, contacts, unchanged);
+        return PINCH_OK;
     }
-    for (int b = 0; b < batches_of(s); b++) {
-        const pinch_near_batch *batch = &d->batches.items[b];
-        for (int k = 0; k < batch->pairs.count && status == PINCH_OK; k++)
-            status = hand_on(&batch->pairs.items[k], batch, s->sink);
-    }
+    if (!give_back_all(s)) status = PINCH_OUT_OF_MEMORY;
+    if (status == PINCH_OK) status = hand_all_on(s);
+    pinch_given_back(s->sink->store);
     return status;
 }
 
@@ -179,15 +217,13 @@ static pinch_status detect_with(pinch_workers *workers, shared_detection *s)
 
 static pinch_status detect_alone(pinch_detection *d, const pinch_contact_sink *sink)
 {
-    if (!reserve_batches(d, 1)) return PINCH_OUT_OF_MEMORY;
-    pinch_near_batch *batch = d->batches.items;
+    pinch_found_contacts *found = &d->found[0];
     pinch_status status = PINCH_OK;
     d->pairs_before = d->near.pairs.count;
     for (int k = 0; k < d->near.pairs.count && status == PINCH_OK; k++) {
         pinch_near_pair *pair = &d->near.pairs.items[k];
-        batch->contacts.count = 0;
-        status = look_at(&d->request, pair, batch);
-        if (status == PINCH_OK) status = hand_on(pair, batch, sink);
+        status = look_at(&d->request, pair, found);
+        if (status == PINCH_OK) status = hand_on(pair, found, sink);
     }
     return status;
 }
@@ -224,7 +260,7 @@ pinch_status pinch_detect(pinch_detection *d, pinch_workers *workers, const pinc
                           const pinch_contact_sink *sink)
 {
     enum { FEW = 256 /* pairs */ };
-    shared_detection shared = {.detection = d, .sink = sink, .may_take_again = pinch_may_take_again(sink->store)};
+    shared_detection shared = {.detection = d, .sink = sink};
     d->request = *request;
     if (d->pairs_before <= FEW) workers = NULL;
     pinch_workers_call(workers);

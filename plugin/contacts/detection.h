@@ -19,12 +19,14 @@ typedef struct pinch_detection_request {
 /* What one thread looks at: so many listed pairs, or the pairs of so many geoms. The next batch is in another cache
  * line. */
 enum { PINCH_NEAR_BATCH = 16 };
+typedef PINCH_LIST(dContact) pinch_found_contacts;
 typedef struct pinch_near_batch {
     pinch_near_pair_list pairs;
-    PINCH_LIST(dContact) contacts;
-    int before;       /* contacts of all batches before this one, in the last detection by several threads; or 0 */
-    bool comes_again; /* its contacts come in the places of the last step's: see contact_buffer.h */
-    char apart[64 - 2 * sizeof(void *) - 6 * sizeof(int)];
+    pinch_found_contacts contacts; /* that were not taken */
+    pinch_range places;            /* of its contacts, in the last detection by several threads; then in this one */
+    unsigned looked_at;            /* in which of these */
+    bool changed;                  /* some are not those of the last step, to the bit */
+    char apart[64 - 2 * sizeof(void *) - 8 * sizeof(int)];
 } pinch_near_batch;
 
 typedef struct pinch_detection {
@@ -32,8 +34,11 @@ typedef struct pinch_detection {
     pinch_near_pairs near;
     pinch_near_pair_list whole; /* the pairs before those with spaces were opened */
     PINCH_LIST(pinch_near_batch) batches;
-    int pairs_before;  /* in the last detection */
-    atomic_int status; /* pinch_status: what went wrong with a pair */
+    int pairs_before;                                   /* in the last detection */
+    int batches_before;                                 /* in the last detection by several threads */
+    unsigned shared;                                    /* how many detections by several threads there have been */
+    pinch_found_contacts found[PINCH_ODE_MOST_THREADS]; /* scratch of each thread: of one pair */
+    atomic_int status;                                  /* pinch_status: what went wrong with a pair */
 } pinch_detection;
 
 void pinch_detection_free(pinch_detection *detection);

@@ -3,6 +3,8 @@
 #include "util/box_tree.h"
 #include "util/prefetch.h"
 
+#include "support/await.h"
+
 #include <math.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -12,7 +14,8 @@
  * reach would have too many neighbours, and one that has come to rest would never leave it again. */
 static const double BEYOND = 0.1, AHEAD = 8;
 enum { GRAIN = 256 /* geoms that a thread takes at a time */ };
-enum { AHEAD_IN_LIST = 8, GEOM_BYTES = 192 /* of ODE's, what is read in each step */ };
+/* Of ODE's geoms, listing reads the first line, another thread's for the most part, and what follows three of them. */
+enum { AHEAD_IN_LIST = 16, LISTED_BYTES = 64, AHEAD_IN_GEOMS = 8, GEOM_BYTES = 192 };
 
 /* What is kept of a geom. One that is destroyed is known by its address alone until the next call. */
 typedef struct near_geom {
@@ -48,10 +51,13 @@ struct pinch_near_space {
     PINCH_LIST(near_geom) geoms; /* in the order in which they were first listed */
     PINCH_LIST(near_box) boxes;  /* of the geoms */
     PINCH_LIST(dGeomID) listed;  /* as ODE listed them the last time, from the end */
-    pinch_item_index index;      /* of geoms */
-    pinch_box_tree tree;         /* over the reaches of most geoms */
-    PINCH_LIST(int) strays;      /* the others */
-    neighbours known, merged;    /* merged: for the next ones while they are made */
+    bool in_order;               /* which was the order of the geoms */
+    atomic_int seen;          /* so many of them, from the end, are listed as the last time; all: no more are awaited */
+    atomic_bool other;        /* they are not listed as the last time */
+    pinch_item_index index;   /* of geoms */
+    pinch_box_tree tree;      /* over the reaches of most geoms */
+    PINCH_LIST(int) strays;   /* the others */
+    neighbours known, merged; /* merged: for the next ones while they are made */
     PINCH_LIST(near_link) links; /* new ones */
     pinch_found_boxes found;     /* of one geom */
     atomic_int left;             /* geoms that have left their reaches */
@@ -146,20 +152,43 @@ static bool has_the_listed(const pinch_near_space *s)
     return true;
 }
 
-static bool list_geoms(pinch_near_space *s)
+/* Lists the geoms, and tells as it goes how many are as they were the last time. Sets `other` where not all are. */
+static void list_geoms(pinch_near_space *s)
 {
-    int count = dSpaceGetNumGeoms(s->space);
-    bool same = count == s->listed.count;
-    if (!PINCH_RESERVE(s->listed, count)) return false;
-    s->listed.count = count;
+    enum { AT_A_TIME = 64 };
+    int count = s->listed.count;
+    bool same = !atomic_load(&s->other);
     for (int k = 0; k < count; k++) { /* ODE steps on from the one asked for before, by a pointer in it */
         int ahead = count - 1 - k - AHEAD_IN_LIST;
-        if (same && ahead >= 0) pinch_prefetch(s->listed.items[ahead], GEOM_BYTES);
+        if (same && ahead >= 0) pinch_prefetch(s->listed.items[ahead], LISTED_BYTES);
         dGeomID geom = dSpaceGetGeom(s->space, k), *place = &s->listed.items[count - 1 - k];
         same = same && *place == geom;
         *place = geom;
+        if (same && k % AT_A_TIME == 0) pinch_say(&s->seen, k);
     }
-    return same || has_the_listed(s) || list_anew(s);
+    if (!same) atomic_store(&s->other, true);
+    pinch_say(&s->seen, count);
+}
+
+/* Begins with listing. Returns false when memory runs out. */
+static bool begin_list(pinch_near_space *s)
+{
+    int count = dSpaceGetNumGeoms(s->space);
+    if (!PINCH_RESERVE(s->listed, count)) return false;
+    atomic_store(&s->other, count != s->listed.count);
+    atomic_store(&s->seen, 0);
+    s->listed.count = count;
+    return true;
+}
+
+/* Ends it. Returns false when memory runs out. */
+static bool end_list(pinch_near_space *s)
+{
+    if (!atomic_load(&s->other)) return true;
+    if (!has_the_listed(s) && !list_anew(s)) return false;
+    s->in_order = true;
+    for (int k = 0; k < s->geoms.count && s->in_order; k++) s->in_order = s->geoms.items[k].geom == s->listed.items[k];
+    return true;
 }
 
 int pinch_near_count(const pinch_near_pairs *near, int space)
@@ -229,12 +258,41 @@ static void bring_some_up_to_date(void *context, int worker, int first, int end)
     bool spaces = false;
     (void)worker;
     for (int k = first; k < end; k++) {
+        if (k + AHEAD_IN_GEOMS < end) pinch_prefetch_to_write(s->geoms.items[k + AHEAD_IN_GEOMS].geom, GEOM_BYTES);
         bring_up_to_date(&s->geoms.items[k], &s->boxes.items[k]);
         left += s->geoms.items[k].left;
         spaces = spaces || s->geoms.items[k].is_space;
     }
     if (spaces) atomic_store(&s->has_spaces, true);
     if (left > 0) atomic_fetch_add(&s->left, left);
+}
+
+/* The same beside listing, which one thread does: what is listed as the last time is still there. */
+static void bring_listed_up_to_date(void *context, int worker, int first, int end)
+{
+    pinch_near_space *s = context;
+    int count = s->geoms.count;
+    if (worker == 0 && atomic_load(&s->seen) < count) list_geoms(s);
+    pinch_await(&s->seen, count - first);
+    if (!atomic_load(&s->other)) bring_some_up_to_date(s, worker, first, end);
+}
+
+/* Lists the geoms, and finds out where they are. Returns false when memory runs out. */
+static bool look_where_they_are(pinch_near_space *s, pinch_workers *workers)
+{
+    if (!begin_list(s)) return false;
+    atomic_store(&s->left, 0);
+    atomic_store(&s->has_spaces, false);
+    if (s->in_order && !atomic_load(&s->other) && s->listed.count > 0) {
+        pinch_workers_run(workers, bring_listed_up_to_date, s, s->geoms.count, GRAIN);
+        if (!atomic_load(&s->other)) return true;
+    } else {
+        list_geoms(s);
+    }
+    if (!end_list(s)) return false;
+    atomic_store(&s->left, 0);
+    pinch_workers_run(workers, bring_some_up_to_date, s, s->geoms.count, GRAIN);
+    return true;
 }
 
 /* ---- who is a neighbour of whom ---- */
@@ -460,10 +518,7 @@ pinch_status pinch_near_remember(pinch_near_pairs *near, dSpaceID space, const d
 static bool find_neighbours(pinch_near_pairs *near, pinch_workers *workers, pinch_near_space *s)
 {
     s->call = near->calls;
-    if (!list_geoms(s)) return false;
-    atomic_store(&s->left, 0);
-    atomic_store(&s->has_spaces, false);
-    pinch_workers_run(workers, bring_some_up_to_date, s, s->geoms.count, GRAIN);
+    if (!look_where_they_are(s, workers)) return false;
     return atomic_load(&s->left) == 0 || search_again(s);
 }
 

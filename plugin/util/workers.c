@@ -5,8 +5,9 @@
 #include <threads.h>
 
 /* How often to look for work before going to sleep. Loops of a step follow each other within microseconds, as a rule,
- * and what one thread does between them takes some hundreds; who has gone to sleep is late by a hundred. */
-enum { LOOKS = 300, YIELDS = 2000 };
+ * and what one thread does between them takes some hundreds; who has gone to sleep is late by a hundred. After a step
+ * the next one may follow soon: to linger takes some two hundred microseconds. */
+enum { LOOKS = 300, YIELDS = 2000, LINGER = 500 };
 
 /* A worker's share of the items. Each counter has a cache line of its own. */
 typedef struct share {
@@ -55,8 +56,12 @@ static void work(pinch_workers *w, int worker)
 /* Looks out for a round after `seen` for as long as one may come soon. */
 static void look_out(pinch_workers *w, unsigned seen)
 {
-    for (int k = 0; k < LOOKS + YIELDS && atomic_load(&w->called) && atomic_load(&w->round) == seen; k++)
-        if (k >= LOOKS) thrd_yield();
+    int dismissed = 0;
+    for (int k = 0; k < LOOKS + YIELDS && dismissed < LINGER && atomic_load(&w->round) == seen; k++) {
+        bool called = atomic_load(&w->called);
+        dismissed = called ? 0 : dismissed + 1;
+        if (k >= LOOKS || !called) thrd_yield();
+    }
 }
 
 /* Waits for a round after `seen`, and begins with it. Returns false when the pool ends. */
