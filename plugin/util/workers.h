@@ -17,7 +17,7 @@ void pinch_workers_destroy(pinch_workers *workers);
 /* Wakes the threads up. Until they are dismissed they look out for loops, and give way to whatever else wants their
  * cores; where none comes for a while, they sleep until the next one. NULL is allowed. */
 void pinch_workers_call(pinch_workers *workers);
-/* Lets them sleep after a loop: what comes next may take long. NULL is allowed. */
+/* Lets them sleep after a loop, as what comes next may take long; they linger for a moment. NULL is allowed. */
 void pinch_workers_dismiss(pinch_workers *workers);
 
 /* Runs the task over items 0 to count - 1 in ranges of `grain`, and returns when all are done. Each thread begins with
