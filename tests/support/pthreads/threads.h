@@ -99,4 +99,12 @@ static inline void cnd_destroy(cnd_t *condition)
     (void)pthread_cond_destroy(condition);
 }
 
+typedef pthread_once_t once_flag;
+#define ONCE_FLAG_INIT PTHREAD_ONCE_INIT
+
+static inline void call_once(once_flag *flag, void (*function)(void))
+{
+    pthread_once(flag, function);
+}
+
 #endif
