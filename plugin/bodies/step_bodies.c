@@ -48,9 +48,8 @@ pinch_status pinch_drives_set(pinch_drives *drives, dBodyID body, const double a
     if (!axis || !dBodyIsKinematic(body) || !(fabs(pinch_v3_norm(axis) - 1) < 1e-6)) return PINCH_INVALID_ARGUMENT;
     pinch_drive *drive = index < 0 ? add_drive(drives, body) : &drives->items[index];
     if (!drive) return PINCH_OUT_OF_MEMORY;
-    if (drive->force == force && memcmp(drive->axis, axis, sizeof drive->axis) == 0) return PINCH_OK;
-    *changed = true;
     drive->force = force;
+    *changed = index < 0 || memcmp(drive->axis, axis, sizeof drive->axis) != 0;
     pinch_v3_copy(drive->axis, axis);
     return PINCH_OK;
 }
@@ -233,6 +232,7 @@ void pinch_give_contact_forces(pinch_drives *drives, pinch_step_body *b)
     }
     pinch_drive *drive = &drives->items[b->drive];
     drive->speed = pinch_v3_dot(b->velocity, drive->axis);
+    b->wrench[0] = drive->force;
     const double *v = dBodyGetLinearVel(b->body);
     dBodySetLinearVel(b->body, v[0] + drive->speed * drive->axis[0], v[1] + drive->speed * drive->axis[1],
                       v[2] + drive->speed * drive->axis[2]);

@@ -211,15 +211,16 @@ void pinch_steady_orientations(const pinch_step_context *context, const pinch_st
 }
 
 /* Tells whether a body is where it was, without velocity, under the forces and the weight it had. */
-static bool body_unchanged(const pinch_step_context *context, const pinch_step_body *b)
+static bool body_unchanged(const pinch_step_context *context, const pinch_drives *drives, const pinch_step_body *b)
 {
     dBodyID body = b->body;
     double weight[3];
     if (memcmp(dBodyGetPosition(body), b->position, sizeof b->position) != 0 || !pinch_body_stands(body)) return false;
     weight_of(context, b, weight);
     if (rest_bits(dBodyGetQuaternion(body), weight) != b->rest_bits) return false;
-    return b->drive >= 0 || (memcmp(dBodyGetForce(body), b->wrench, 3 * sizeof(double)) == 0 &&
-                             memcmp(dBodyGetTorque(body), b->wrench + 3, 3 * sizeof(double)) == 0);
+    if (b->drive >= 0) return drives->items[b->drive].force == b->wrench[0];
+    return memcmp(dBodyGetForce(body), b->wrench, 3 * sizeof(double)) == 0 &&
+           memcmp(dBodyGetTorque(body), b->wrench + 3, 3 * sizeof(double)) == 0;
 }
 
 /* Compares what the rows of the island's joints depend on, and the rows themselves where that has changed or cannot be
@@ -248,7 +249,7 @@ bool pinch_island_unchanged(const pinch_step_context *context, const pinch_conta
     if (!rested || !context->same_world || context->settings.cold_start || context->settings.solve_at_rest)
         return false;
     for (int k = 0; k < island->bodies.count; k++)
-        if (!body_unchanged(context, pinch_island_body(bodies, island->bodies, k))) return false;
+        if (!body_unchanged(context, &bodies->drives, pinch_island_body(bodies, island->bodies, k))) return false;
     for (int i = 0; i < island->pairs.count && !contacts->unchanged; i++)
         if (!pinch_island_pair(contacts, island->pairs, i)->unchanged) return false;
     return joints_unchanged(context, bodies, joints, buffers, island);
