@@ -76,7 +76,7 @@ static bool lay_out(pinch_arena *arena, pinch_force_system *s)
     for (int k = 0; k < s->block_count; k++) s->block_first[k + 1] = s->block_first[k] + s->block_size[k];
     s->rhs = PINCH_ARENA_ARRAY(arena, double, s->block_first[s->block_count] + 1);
     s->rhs_kept = s->multiplier_count > 0 ? PINCH_ARENA_ARRAY(arena, double, s->block_first[s->block_count]) : NULL;
-    s->laid_out = pinch_arena_here(arena);
+    s->plan_start = s->plan_end = pinch_arena_here(arena);
     return !arena->failed;
 }
 
@@ -140,7 +140,10 @@ static bool plan_blocks(pinch_arena *arena, pinch_force_system *s, bool complete
 static bool plan(pinch_arena *arena, pinch_force_system *s, bool complete)
 {
     if (!s->planned && !lay_out(arena, s)) return false;
-    if (s->planned && pinch_arena_is_at(arena, &s->plan_end)) pinch_arena_rewind(arena, &s->laid_out);
+    if (pinch_arena_is_at(arena, &s->plan_end))
+        pinch_arena_rewind(arena, &s->plan_start);
+    else
+        s->plan_start = pinch_arena_here(arena);
     s->planned = true;
     bool done = plan_blocks(arena, s, complete);
     s->plan_end = pinch_arena_here(arena);

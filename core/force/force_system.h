@@ -126,11 +126,10 @@ typedef struct pinch_force_system {
     double row_off;    /* likewise the largest part of the scale by which the multiplier of a joint row is off */
     double row_missed; /* and the largest velocity that such a row misses by that, m/s or rad/s */
 
-    bool planned, iterative;   /* `lu` is incomplete */
-    bool dear;                 /* it is complete, and takes more than what an iteration is worth */
-    double split_products;     /* what complete factors may take for (74); 0: it is not worth it, or not looked at */
-    pinch_arena_mark laid_out; /* from here on, the arena has `lu` and `krylov`, */
-    pinch_arena_mark plan_end; /* up to here; what a caller has allocated behind them stays */
+    bool planned, iterative; /* `lu` is incomplete */
+    bool dear;               /* it is complete, and takes more than what an iteration is worth */
+    double split_products;   /* what complete factors may take for (74); 0: it is not worth it, or not looked at */
+    pinch_arena_mark plan_start, plan_end; /* where the arena has `lu` and `krylov`; what a caller puts behind stays */
     pinch_block_lu lu;
     pinch_block_order_memory *orders; /* from the caller, or NULL */
     int block_count;                  /* the clusters, and behind them the joints, of up to six multipliers each */

@@ -308,8 +308,8 @@ static void test_its_factors_fill_in(void **state)
     pinch_arena_free(&arena);
 }
 
-/* Where iteration gives way to complete factors, these are planned while a way down to stiffer floors has its arrays
- * behind the plan that they replace. */
+/* Where iteration gives way to complete factors in single precision, and these to others, they are planned while a way
+ * down to stiffer floors has its arrays behind the plan that they replace. */
 static void test_a_new_plan_leaves_what_follows_the_old_one(void **state)
 {
     (void)state;
@@ -331,8 +331,20 @@ static void test_a_new_plan_leaves_what_follows_the_old_one(void **state)
     assert_non_null(kept);
     for (int k = 0; k < COUNT; k++) kept[k] = k;
     assert_true(pinch_force_stop_iterating(&arena, &s));
-    double *rhs = pinch_force_clear_rhs(&arena, &s), *later = PINCH_ARENA_ARRAY(&arena, double, COUNT);
+    assert_true(s.lu.single);
+    for (int k = 0; k < COUNT; k++) assert_true(kept[k] == k);
+    (void)pinch_force_evaluate(&s);
+    double *rhs = pinch_force_clear_rhs(&arena, &s);
     assert_non_null(rhs);
+    for (int i = 0; i < s.block_first[s.block_count]; i++) rhs[i] = 1;
+    for (int k = 0; k < s.element_count; k++) {
+        double *conductance = pinch_force_values(&s.elements[k], PINCH_FORCE_CONDUCTANCE);
+        for (int i = 0; i < 9; i++) conductance[i] = i % 4 == 0 ? 1e3 : 0;
+        s.elements[k].conducts = true;
+    }
+    assert_true(pinch_force_solve_for_rhs(&arena, &s, 0)); /* closer than in single precision: planned once more */
+    assert_false(s.lu.single);
+    double *later = PINCH_ARENA_ARRAY(&arena, double, COUNT);
     assert_non_null(later);
     for (int k = 0; k < COUNT; k++) later[k] = -1;
     for (int k = 0; k < COUNT; k++) assert_true(kept[k] == k);
