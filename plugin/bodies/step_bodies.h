@@ -65,7 +65,7 @@ enum { PINCH_NOT_A_STEP_BODY = -1, PINCH_NO_ROOM_FOR_BODY = -2 };
 
 /* Returns the index of a body's drive, -1 where it has none. */
 int pinch_drive_of(const pinch_drives *drives, dBodyID body);
-/* As pinch_ode_set_drive. *changed tells whether a drive came, went or has other values now. */
+/* As pinch_ode_set_drive. *changed tells whether a drive came, went or has another axis now. */
 pinch_status pinch_drives_set(pinch_drives *drives, dBodyID body, const double axis[3], double force, bool *changed);
 /* Puts a driven body back to the velocity that its owner prescribed. */
 void pinch_drive_stop(const pinch_drive *drive);

@@ -260,7 +260,8 @@ static void put(pinch_contact_store *store, pinch_pair *pair, const incoming_con
         buffered->point = before->point;
     }
     memcpy(buffered->found, found, sizeof found);
-    buffered->pair = (int)(pair - store->pairs.items);
+    int index = (int)(pair - store->pairs.items);
+    if (buffered->pair != index) buffered->pair = index; /* another thread may read it where it stays */
     buffered->swapped = c->swapped;
     buffered->next = -1;
     buffered->surface = c->surface;
@@ -349,10 +350,10 @@ pinch_status pinch_buffer_contact_joint(const pinch_contact_sink *sink, const pi
 
 /* ---- contacts that all come where the last step had them ---- */
 
-bool pinch_may_take_again(const pinch_contact_store *store)
+bool pinch_may_take_again(pinch_contact_store *store)
 {
     return store->buffer.count == 0 && store->buffered_before > 0 && store->contact_joints.count == 0 &&
-           !store->laws_follow_poses;
+           !store->laws_follow_poses && PINCH_RESERVE(store->given_back, store->buffered_before);
 }
 
 /* Returns the pair if all of its contacts in the last step are these, as far as their number and places go. */
@@ -398,6 +399,7 @@ pinch_taken pinch_take_again(const pinch_contact_sink *sink, const dGeomID geom[
                              pinch_range places)
 {
     pinch_contact_store *store = sink->store;
+    if (places.first + places.count > store->buffered_before) return PINCH_NOT_TAKEN;
     const pinch_buffered_contact *before = &store->buffer.items[places.first];
     const dBodyID body[2] = {dGeomGetBody(geom[0]), dGeomGetBody(geom[1])};
     prefetch_later(store, places.first);
@@ -430,19 +432,17 @@ void pinch_taken_again(pinch_contact_store *store, int count, bool unchanged)
     store->unchanged = store->unchanged && unchanged;
 }
 
-bool pinch_give_back(const pinch_contact_sink *sink, pinch_range *places)
+pinch_range pinch_give_back(const pinch_contact_sink *sink, pinch_range places)
 {
     pinch_contact_store *store = sink->store;
-    const pinch_buffered_contact *taken = &store->buffer.items[places->first];
+    const pinch_range kept = {store->given_back.count, places.count};
+    const pinch_buffered_contact *taken = &store->buffer.items[places.first];
     pinch_pair *pair = &store->pairs.items[taken->pair];
-    int kept = store->given_back.count;
-    if (!PINCH_RESERVE(store->given_back, kept + places->count)) return false;
     pair->last_step = sink->context->number - 1;
     pair->is_prescribed = taken->was_prescribed;
-    memcpy(&store->given_back.items[kept], taken, (size_t)places->count * sizeof *taken);
-    store->given_back.count += places->count;
-    places->first = kept;
-    return true;
+    memcpy(&store->given_back.items[kept.first], taken, (size_t)places.count * sizeof *taken);
+    store->given_back.count += places.count;
+    return kept;
 }
 
 /* Makes a contact of what was taken, which is to be handed over again. */
@@ -466,7 +466,8 @@ pinch_status pinch_buffer_given_back(const pinch_contact_sink *sink, const dGeom
         restore(pair, taken, &contact.geom);
         (void)read_sides(&c, sink->drives);
         if (!PINCH_RESERVE(store->buffer, store->buffer.count + 1)) return PINCH_OUT_OF_MEMORY;
-        if (!expected_pair(store, &c) && !put_rest_aside(store)) return PINCH_OUT_OF_MEMORY;
+        if (!expected_pair(store, &c) && (!put_rest_aside(store) || !look_up_sides(store, &c)))
+            return PINCH_OUT_OF_MEMORY;
         c.swapped = taken->swapped;
         c.surface = taken->surface;
         if (pair->last_step != now) begin_pair(store, pair, &c, now);
@@ -476,9 +477,10 @@ pinch_status pinch_buffer_given_back(const pinch_contact_sink *sink, const dGeom
     return PINCH_OK;
 }
 
-void pinch_given_back(pinch_contact_store *store)
+void pinch_given_back(pinch_contact_store *store, bool handed_over)
 {
     store->given_back.count = 0;
+    if (!handed_over) pinch_invalidate_step_cache(store);
 }
 
 /* ---- contact joints that the program made ---- */

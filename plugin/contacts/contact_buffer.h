@@ -30,21 +30,22 @@ pinch_status pinch_buffer_contact_joint(const pinch_contact_sink *sink, const pi
  */
 typedef enum pinch_taken { PINCH_NOT_TAKEN, PINCH_TAKEN, PINCH_TAKEN_UNCHANGED /* to the bit */ } pinch_taken;
 
-/* Does the buffer allow for that? */
-bool pinch_may_take_again(const pinch_contact_store *store);
-/* Takes the contacts of a pair of geoms if they come in these places, which the last step had filled. Several threads
+/* Does the buffer allow for that? Makes room for what may be given back. */
+bool pinch_may_take_again(pinch_contact_store *store);
+/* Takes the contacts of a pair of geoms if they come in these places, as the last step had them. Several threads
  * may do so for places of their own. */
 pinch_taken pinch_take_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts,
                              pinch_range places);
 /* Ends it when all have been taken, from place 0 on; unchanged: all are those of the last step. */
 void pinch_taken_again(pinch_contact_store *store, int count, bool unchanged);
-/* Otherwise all pairs that were taken are given back before any contact is handed over. Sets where the contacts of the
- * pair in these places are kept. Returns false when memory runs out. */
-bool pinch_give_back(const pinch_contact_sink *sink, pinch_range *places);
+/* Otherwise all pairs that were taken are given back before any contact is handed over. Returns where the contacts of
+ * the pair in these places are kept. */
+pinch_range pinch_give_back(const pinch_contact_sink *sink, pinch_range places);
 /* Buffers the contacts of a pair that has been given back. */
 pinch_status pinch_buffer_given_back(const pinch_contact_sink *sink, const dGeomID geom[2], pinch_range kept);
-/* Ends it when all have been. */
-void pinch_given_back(pinch_contact_store *store);
+/* Ends it. Where not all have been handed over, nothing is known of the last step any more: it has been written over.
+ */
+void pinch_given_back(pinch_contact_store *store, bool handed_over);
 
 /*
  * ODE's own solver must not see the contact joints that Pinch solves. The program must find them as it left them, with

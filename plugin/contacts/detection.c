@@ -163,18 +163,16 @@ static bool count_batches(const shared_detection *s, int *contacts, bool *unchan
     return taken;
 }
 
-/* Returns false when memory runs out. */
-static bool give_back_all(const shared_detection *s)
+static void give_back_all(const shared_detection *s)
 {
     for (int b = 0; b < batches_of(s); b++) {
         const pinch_near_batch *batch = &s->detection->batches.items[b];
         bool looked_at = batch->looked_at == s->detection->shared; /* unless a pair before it went wrong */
         for (int k = 0; k < batch->pairs.count && looked_at; k++) {
             pinch_near_pair *pair = &batch->pairs.items[k];
-            if (pair->taken && !pinch_give_back(s->sink, &pair->points)) return false;
+            if (pair->taken) pair->points = pinch_give_back(s->sink, pair->points);
         }
     }
-    return true;
 }
 
 /* Hands all contacts on in their order. */
@@ -207,9 +205,9 @@ static pinch_status detect_with(pinch_workers *workers, shared_detection *s)
         pinch_taken_again(s->sink->store, contacts, unchanged);
         return PINCH_OK;
     }
-    if (!give_back_all(s)) status = PINCH_OUT_OF_MEMORY;
+    give_back_all(s);
     if (status == PINCH_OK) status = hand_all_on(s);
-    pinch_given_back(s->sink->store);
+    pinch_given_back(s->sink->store, status == PINCH_OK);
     return status;
 }
 

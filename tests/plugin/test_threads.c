@@ -26,7 +26,8 @@ typedef struct program {
     pinch_ode *plugin;
     dBodyID body[BODIES];
     int count, step;
-    bool changes; /* what is handed over */
+    bool changes;   /* what is handed over */
+    int goes_wrong; /* the step in which the program's look at a pair goes wrong once, 0: in none */
 } program;
 
 typedef enum heap_kind { BOXES, SPHERES, JOINTED_BOXES, SWEPT_BOXES } heap_kind;
@@ -101,9 +102,19 @@ static void offer(void *data, dGeomID a, dGeomID b)
         assert_int_equal(pinch_ode_add_contact(p->plugin, &contact[i], dGeomGetBody(a), dGeomGetBody(b)), PINCH_OK);
 }
 
+/* Of the last body, when other contacts have been taken over. */
+static int look_and_fail(void *context, dGeomID a, dGeomID b, int room, dContact *contact)
+{
+    const program *p = context;
+    dBodyID last = p->body[p->count - 1];
+    return dGeomGetBody(a) == last || dGeomGetBody(b) == last ? -1 : look_at_changes(context, a, b, room, contact);
+}
+
 /* Some threads find the contacts, others get them from a near callback. */
 static void collide(program *p, int threads)
 {
+    if (threads % 2 == 0 && p->step > 0 && p->step == p->goes_wrong)
+        assert_int_equal(pinch_ode_collide(p->plugin, p->space, POINTS, look_and_fail, p), PINCH_INVALID_ARGUMENT);
     if (threads % 2)
         assert_int_equal(pinch_ode_each_pair(p->plugin, p->space, p, offer), PINCH_OK);
     else
@@ -216,6 +227,17 @@ static void make_heap(program *p, heap_kind kind, int threads)
     }
 }
 
+/* Most of the contacts that are found on it are between geoms that do not move. */
+static void make_floor_of_boxes(program *p, heap_kind none, int threads)
+{
+    enum { ALONG = 20 };
+    (void)none;
+    start(p, threads, PINCH_ODE_QUICKSTEP, MUCH);
+    for (int k = 0; k < ALONG * ALONG; k++)
+        dGeomSetPosition(dCreateBox(p->space, 1.01, 1.01, 1), k / ALONG, k % ALONG, -0.5);
+    for (int k = 0; k < ALONG; k++) dBodySetLinearVel(add_box(p, 0.1, 1, k, 0.3 * k, 0.05 - 1e-5), 0.3, 0.1, 0);
+}
+
 static void make_yard(program *p, heap_kind none, int threads)
 {
     static int number[YARD];
@@ -229,6 +251,13 @@ static void make_yard(program *p, heap_kind none, int threads)
         dGeomSetData(dBodyGetFirstGeom(body), &number[k]);
         if (k % 3 > 0) dBodySetLinearVel(body, 0.3 * (k % 3), 0.1, 0);
     }
+}
+
+static void make_yard_that_fails(program *p, heap_kind none, int threads)
+{
+    make_yard(p, none, threads);
+    p->changes = false;
+    p->goes_wrong = 8;
 }
 
 /* Boxes in pairs strike the ground and each other. */
@@ -331,7 +360,7 @@ static pinch_ode_stats same_with_any_number(const test_world *world)
 {
     pinch_ode_stats one, more;
     uint64_t expected = run(world, 1, &one);
-    const int threads[] = {3, 2, 4};
+    const int threads[] = {2, 3, 4};
     for (int k = 0; k < (SANITIZED ? 1 : 3); k++) {
         assert_true(run(world, threads[k], &more) == expected);
         one.memory = more.memory = 0; /* each thread has scratch of its own */
@@ -394,6 +423,20 @@ static void test_contacts_that_change(void **state)
     const test_world yard = {make_yard, BOXES, SANITIZED ? 76 : 84, 5e-3};
     pinch_ode_stats one = same_with_any_number(&yard);
     assert_true(one.islands > 50L * YARD && one.contacts_malformed > 0);
+}
+
+static void test_contacts_that_are_not_taken(void **state)
+{
+    (void)state;
+    const test_world level = {make_floor_of_boxes, BOXES, 6, 5e-3};
+    assert_true(same_with_any_number(&level).contacts_malformed > 0);
+}
+
+static void test_a_look_that_fails(void **state)
+{
+    (void)state;
+    const test_world yard = {make_yard_that_fails, BOXES, 12, 5e-3};
+    assert_true(same_with_any_number(&yard).islands > 10L * YARD);
 }
 
 static int look_too_far(void *context, dGeomID a, dGeomID b, int room, dContact *contact)
@@ -463,6 +506,8 @@ int main(void)
         cmocka_unit_test(test_a_heap_that_is_swept),
         cmocka_unit_test(test_boxes_that_bounce),
         cmocka_unit_test(test_contacts_that_change),
+        cmocka_unit_test(test_contacts_that_are_not_taken),
+        cmocka_unit_test(test_a_look_that_fails),
         cmocka_unit_test(test_a_collision_that_goes_wrong),
         cmocka_unit_test(test_threads_out_of_range_are_refused),
     };
