@@ -131,6 +131,30 @@ static void test_force_follows_at_once(void **state)
     press_free(&p);
 }
 
+/* What rests under a drive is solved anew for another force, and not where the force was only told once more. */
+static void test_another_force_ends_rest(void **state)
+{
+    (void)state;
+    press p;
+    press_make(&p, dCreateSphere(NULL, 0.01), 0.01, -1e-6);
+    assert_int_equal(pinch_ode_set_drive(p.plugin, p.driver, AXIS, 5), PINCH_OK);
+    for (int step = 0; step < 1500; step++) press_step(&p);
+    const double forces[] = {5, 7, 7};
+    const bool rests[] = {true, false, true};
+    for (int k = 0; k < 3; k++) {
+        int points;
+        if (k == 2)
+            for (int step = 0; step < 1500; step++) press_step(&p);
+        long before = pinch_ode_statistics(p.plugin).islands_at_rest;
+        assert_int_equal(pinch_ode_set_drive(p.plugin, p.driver, AXIS, 4), PINCH_OK);
+        assert_int_equal(pinch_ode_set_drive(p.plugin, p.driver, AXIS, forces[k]), PINCH_OK);
+        press_step(&p);
+        assert_close(driver_force(&p, &points), forces[k], 1e-9);
+        assert_int_equal(pinch_ode_statistics(p.plugin).islands_at_rest - before, rests[k]);
+    }
+    press_free(&p);
+}
+
 /* The base's own motion comes on top: it moves across at 5 cm/s and the force stays; it does not drift along. */
 static void test_base_moves(void **state)
 {
@@ -239,6 +263,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact_force_with_any_number_of_points),
         cmocka_unit_test(test_force_follows_at_once),
+        cmocka_unit_test(test_another_force_ends_rest),
         cmocka_unit_test(test_base_moves),
         cmocka_unit_test(test_pushes_a_free_body),
         cmocka_unit_test(test_stays_where_it_touches_nothing),
