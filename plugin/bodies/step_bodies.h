@@ -38,7 +38,8 @@ typedef struct pinch_step_body {
     /* from here on only for a solved island, but for what tells its island */
     uint64_t rest_bits; /* at rest: a checksum of its orientation and its weight */
     double position[3]; /* at the start of the step */
-    double wrench[6];   /* force and torque of its contacts; as soon as ODE has those, what ODE had before */
+    double wrench[6];   /* force and torque of its contacts; as soon as ODE has those, what ODE had before, and in
+                         * wrench[0] of a driven body the force of its drive, N */
     double velocity[6]; /* as solved for; after ODE's step the mismatch, which is ODE's velocity less that one */
     double load[6];     /* scratch: force and torque that ODE has, while those of joints are added */
     int parent;         /* in the union-find forest; once the islands are numbered, its island */
