@@ -1,6 +1,11 @@
 /*
  * ODE's capsule-box collider returns one point of a capsule that lies flat on a box, at alternating ends. A contact
  * line has two ends; the second one is computed here.
+ *
+ * A program may change a contact before it hands it over: it allows a slop, adds a margin, or moves the point to one of
+ * the surfaces. It would have done the same to the other end. So how much deeper the handed point is than the geoms
+ * overlap there, and how far it lies from the middle of the overlap, holds for both ends. Where the point is none that
+ * the collider returns, the program has made it by itself, and it stays as it is.
  */
 #include "contacts/collider_points.h"
 
@@ -14,6 +19,11 @@
  * line runs out over the face's border and is slightly tilted, the collider returns the border's normal. Otherwise an
  * edge or a corner touches, in one point. */
 static const double FACE_ALIGNMENT = 0.99875;
+/* A contact that is farther than this part of the radius from where the collider puts it, or has a normal that is
+ * turned by more, is not the collider's. */
+static const double NEAR = 1e-3;
+/* Depths and places along the normal that differ by less than this part of the radius differ by rounding. */
+static const double ROUNDING = 1e-9;
 
 static void to_frame(const double *rotation, const double *v, double *local)
 {
@@ -39,43 +49,121 @@ static bool clip_to_face(const double *centre, const double *reach, const double
     return range[0] < range[1];
 }
 
-/* Finds the ends of the capsule's line over the touched face that penetrate it, and returns how many do. */
+/* The line of a capsule over a face of a box. */
+typedef struct line {
+    double radius, along[3], out[3];      /* half the line, out of the face; world */
+    double centre[3], reach[3], half[3];  /* of the line, of the box; in the box's frame */
+    double place[3], normal[3], range[2]; /* the contact, out of the box; the part over the face, in [-1, 1] */
+    double sign;                          /* of the face */
+    int axis;
+} line;
+
+/* Returns false where the contact's normal means no face, or no part of the line lies over it. */
+static bool read_line(dGeomID capsule, dGeomID box, bool capsule_first, const pinch_detected_point *seen, line *l)
+{
+    dReal length;
+    dVector3 sides;
+    dGeomCapsuleGetParams(capsule, &l->radius, &length);
+    dGeomBoxGetLengths(box, sides);
+    const double *R = dGeomGetRotation(box), *turn = dGeomGetRotation(capsule);
+    double from[3];
+    for (int i = 0; i < 3; i++) l->out[i] = capsule_first ? seen->normal[i] : -seen->normal[i];
+    to_frame(R, l->out, l->normal);
+    l->axis = 0;
+    for (int i = 1; i < 3; i++)
+        if (fabs(l->normal[i]) > fabs(l->normal[l->axis])) l->axis = i;
+    if (fabs(l->normal[l->axis]) < FACE_ALIGNMENT) return false;
+
+    l->sign = l->normal[l->axis] > 0 ? 1 : -1;
+    for (int i = 0; i < 3; i++) l->out[i] = l->sign * R[4 * i + l->axis];
+    for (int i = 0; i < 3; i++) l->along[i] = 0.5 * length * turn[4 * i + 2];
+    pinch_v3_sub(dGeomGetPosition(capsule), dGeomGetPosition(box), from);
+    to_frame(R, from, l->centre);
+    to_frame(R, l->along, l->reach);
+    pinch_v3_sub(seen->position, dGeomGetPosition(box), from);
+    to_frame(R, from, l->place);
+    for (int i = 0; i < 3; i++) l->half[i] = 0.5 * sides[i];
+    return clip_to_face(l->centre, l->reach, l->half, l->axis, l->range);
+}
+
+/* Returns how deep the capsule is in the face, below a place of its line. */
+static double depth_below(const line *l, double at)
+{
+    double height = l->sign * (l->centre[l->axis] + at * l->reach[l->axis]) - l->half[l->axis];
+    return l->radius - height;
+}
+
+/* Finds the place of the line, by its parameter, that the contact lies below. Returns false where it lies beside the
+ * line, or not at an end of the part over the face, and where the line is upright. The collider returns the deepest
+ * point, which is at an end. */
+static bool find_on_line(const line *l, double *at)
+{
+    double aside[3], across[3], within = NEAR * l->radius;
+    pinch_v3_sub(l->place, l->centre, aside);
+    pinch_v3_make_perpendicular(aside, l->normal);
+    pinch_v3_copy(across, l->reach);
+    pinch_v3_make_perpendicular(across, l->normal);
+    double length2 = pinch_v3_dot(across, across);
+    if (!(length2 > NEAR * NEAR * pinch_v3_dot(l->reach, l->reach))) return false;
+    *at = fmin(fmax(pinch_v3_dot(aside, across) / length2, -1), 1);
+    pinch_v3_add_scaled(aside, -*at, across);
+    double from_end = fmin(*at - l->range[0], l->range[1] - *at) * sqrt(length2);
+    return pinch_v3_norm(aside) <= within && from_end <= within;
+}
+
+/* What the program has made of the collider's contact, in m. */
+typedef struct change {
+    double deeper, lower; /* than the collider had it, along the normal */
+} change;
+
+/*
+ * Finds out what the program has changed. Differences by rounding are none. Where the line goes into the box itself,
+ * the collider takes the capsule for a box, and its points tell nothing. Returns false where the collider returns no
+ * such contact.
+ */
+static bool find_change(const line *l, double depth, change *c)
+{
+    double at, on[3], gap[3], down[3];
+    *c = (change){0, 0};
+    if (depth_below(l, l->range[0]) >= l->radius || depth_below(l, l->range[1]) >= l->radius) return true;
+    if (!find_on_line(l, &at)) return false;
+    for (int i = 0; i < 3; i++) {
+        on[i] = l->centre[i] + at * l->reach[i];
+        gap[i] = on[i] - fmin(fmax(on[i], -l->half[i]), l->half[i]);
+    }
+    double distance = pinch_v3_norm(gap);
+    pinch_v3_add_scaled(gap, -distance, l->normal);
+    if (pinch_v3_norm(gap) > NEAR * distance) return false;
+    pinch_v3_sub(on, l->place, down);
+    double deeper = depth - (l->radius - distance);
+    double lower = pinch_v3_dot(down, l->normal) - 0.5 * (l->radius + distance);
+    if (fabs(deeper) > ROUNDING * l->radius) c->deeper = deeper;
+    if (fabs(lower) > ROUNDING * l->radius) c->lower = lower;
+    return fabs(lower) <= l->radius;
+}
+
+/*
+ * Finds the ends of the capsule's line over the touched face that penetrate it, and returns how many do. A program that
+ * hands over a gap hands over all that the collider returns: there an end counts where the geoms touch.
+ */
 static int line_ends(dGeomID capsule, dGeomID box, bool capsule_first, const pinch_detected_point *seen,
                      pinch_detected_point ends[2])
 {
-    dReal radius, length;
-    dVector3 sides;
-    dGeomCapsuleGetParams(capsule, &radius, &length);
-    dGeomBoxGetLengths(box, sides);
-    const double *R = dGeomGetRotation(box), *turn = dGeomGetRotation(capsule);
-    double out[3], normal[3], from[3], centre[3], reach[3], half[3], range[2];
-    for (int i = 0; i < 3; i++) out[i] = capsule_first ? seen->normal[i] : -seen->normal[i]; /* out of the box */
-    to_frame(R, out, normal);
-    int axis = 0;
-    for (int i = 1; i < 3; i++)
-        if (fabs(normal[i]) > fabs(normal[axis])) axis = i;
-    if (fabs(normal[axis]) < FACE_ALIGNMENT) return 0;
-
-    double sign = normal[axis] > 0 ? 1 : -1;
-    for (int i = 0; i < 3; i++) out[i] = sign * R[4 * i + axis];
-    const double along[3] = {0.5 * length * turn[2], 0.5 * length * turn[6], 0.5 * length * turn[10]};
-    pinch_v3_sub(dGeomGetPosition(capsule), dGeomGetPosition(box), from);
-    to_frame(R, from, centre);
-    to_frame(R, along, reach);
-    for (int i = 0; i < 3; i++) half[i] = 0.5 * sides[i];
-    if (!clip_to_face(centre, reach, half, axis, range)) return 0;
+    line l;
+    change by_program;
+    if (!read_line(capsule, box, capsule_first, seen, &l) || !find_change(&l, seen->depth, &by_program)) return 0;
 
     int count = 0;
     for (int end = 0; end < 2; end++) {
-        double height = sign * (centre[axis] + range[end] * reach[axis]) - half[axis], depth = radius - height;
-        if (!(depth > 0)) continue;
+        double overlap = depth_below(&l, l.range[end]), depth = overlap + by_program.deeper;
+        if (!(depth > 0 || (overlap > 0 && seen->depth <= 0))) continue;
         pinch_detected_point *p = &ends[count++];
         *p = *seen;
         p->depth = depth;
         for (int i = 0; i < 3; i++) { /* half way through the overlap, below the line's end */
-            double on_line = dGeomGetPosition(capsule)[i] + range[end] * along[i];
-            p->position[i] = on_line - (radius - 0.5 * depth) * out[i];
-            p->normal[i] = capsule_first ? out[i] : -out[i];
+            double on_line = dGeomGetPosition(capsule)[i] + l.range[end] * l.along[i];
+            p->position[i] = on_line - (l.radius - 0.5 * overlap + by_program.lower) * l.out[i];
+            p->normal[i] = capsule_first ? l.out[i] : -l.out[i];
         }
     }
     return count;

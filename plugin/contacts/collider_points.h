@@ -16,11 +16,12 @@ void pinch_locate_contact(const dGeomID geom[2], const int class[2], const pinch
                           pinch_detected_point *detected);
 
 /* capsule_box.c: adds the second end of a contact line between a capsule and a box where the collider left it out, and
- * returns how many points there are. */
+ * returns how many points there are. Depths are as the program handed them over, gaps negative; what it has changed of
+ * the collider's holds for both ends. A point that the collider does not return stays as it is. */
 int pinch_add_capsule_end(const dGeomID geom[2], const int class[2], pinch_detected_point *detected, int count);
 
-/* box_faces.c: where faces of two boxes lie on each other, gives the points one normal that does not depend on rounding,
- * drops those where edges cross that lie along each other, and returns how many are left. */
+/* box_faces.c: where faces of two boxes lie on each other, gives the points one normal that does not depend on
+ * rounding, drops those where edges cross that lie along each other, and returns how many are left. */
 int pinch_settle_box_faces(const dGeomID geom[2], const int class[2], const pinch_pose pose[2],
                            pinch_detected_point *detected, int count);
 

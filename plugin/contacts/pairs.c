@@ -202,25 +202,29 @@ static double over_length(const double *v)
     return fabs(excess) < ROUNDING ? 1 - 0.5 * excess : 1 / sqrt(length2);
 }
 
-/*
- * Interprets a buffered contact as its pair's first geom sees it. The scratch of the reduction stays as it is.
- *
- * A gap is one where a material says how stiff the contact is: the bodies may close it. ODE takes a negative depth for
- * 0, and so holds bodies where a program's own collider has seen them, a safety margin apart: its row is
- * w + cfm r = erp max(depth, 0)/h, and that of the gap itself would let them come by the part erp of it in each step,
- * for ever where the program gives the same depth again.
- */
-static void interpret(const pinch_contact_store *store, int index, bool material, pinch_detected_point *detected)
+/* Interprets a buffered contact as its pair's first geom sees it. The scratch of the reduction stays as it is. */
+static void interpret(const pinch_contact_store *store, int index, pinch_detected_point *detected)
 {
     const pinch_buffered_contact *contact = &store->buffer.items[index];
     const double *normal = contact->found + 3;
     double scale = contact->swapped ? -over_length(normal) : over_length(normal);
     pinch_v3_copy(detected->position, contact->found);
     for (int i = 0; i < 3; i++) detected->normal[i] = scale * normal[i];
-    detected->depth = material ? contact->found[6] : fmax(contact->found[6], 0);
+    detected->depth = contact->found[6];
     detected->on_ball = false;
     detected->buffered = index;
     detected->redundant = detected->kept = false;
+}
+
+/*
+ * A gap is one where a material says how stiff the contact is: the bodies may close it. ODE takes a negative depth for
+ * 0, and so holds bodies where a program's own collider has seen them, a safety margin apart: its row is
+ * w + cfm r = erp max(depth, 0)/h, and that of the gap itself would let them come by the part erp of it in each step,
+ * for ever where the program gives the same depth again.
+ */
+static void close_gaps(pinch_detected_point *detected, int count)
+{
+    for (int k = 0; k < count; k++) detected[k].depth = fmax(detected[k].depth, 0);
 }
 
 /* Turns the pair's contacts into points for its manifold, and returns how many. There must be room for one more. */
@@ -231,13 +235,14 @@ static int detected_points(const pinch_contact_store *store, const pinch_pair *p
     const int class[2] = {known ? dGeomGetClass(pair->id[0]) : -1, known ? dGeomGetClass(pair->id[1]) : -1};
     int count = 0;
     for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) {
-        interpret(store, b, pair->has_material, &detected[count]);
+        interpret(store, b, &detected[count]);
         if (known && pair->has_material) pinch_locate_contact(pair->id, class, pose, &detected[count]);
         count++;
     }
-    if (!known) return count;
-    if (!pair->has_material) count = pinch_settle_box_faces(pair->id, class, pose, detected, count);
-    return pinch_add_capsule_end(pair->id, class, detected, count);
+    if (known && !pair->has_material) count = pinch_settle_box_faces(pair->id, class, pose, detected, count);
+    if (known) count = pinch_add_capsule_end(pair->id, class, detected, count);
+    if (!pair->has_material) close_gaps(detected, count);
+    return count;
 }
 
 /* Tells whether points that bear nothing may be left out. A friction that is a force holds where nothing presses, too.
