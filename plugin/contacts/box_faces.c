@@ -72,7 +72,8 @@ static bool is_crossing(const box *a, const box *b, const pinch_detected_point *
     return second >= 0 && run_along(a->axis[first], b->axis[second]);
 }
 
-/* Gives all points the normal half way between those of the two faces, where these lie on each other. */
+/* Gives all points the normal half way between those of the two faces, where these lie on each other, and those of the
+ * points do not differ by more from it. One that does is a program's own. */
 static void share_normal(const box *a, const box *b, pinch_detected_point *detected, int count)
 {
     const box *of[2] = {a, b};
@@ -84,8 +85,12 @@ static void share_normal(const box *a, const box *b, pinch_detected_point *detec
         pinch_v3_add_scaled(between, pinch_v3_dot(axis, detected->normal) > 0 ? 1 : -1, axis);
     }
     pinch_v3_scale(between, 1 / pinch_v3_norm(between));
-    for (int k = 0; k < count; k++)
-        if (pinch_v3_dot(detected[k].normal, between) > OF_FACE) pinch_v3_copy(detected[k].normal, between);
+    for (int k = 0; k < count; k++) {
+        double *normal = detected[k].normal;
+        pinch_v3_cross(normal, between, sine);
+        if (pinch_v3_dot(normal, between) > 0 && pinch_v3_dot(sine, sine) <= ON_EACH_OTHER * ON_EACH_OTHER)
+            pinch_v3_copy(normal, between);
+    }
 }
 
 int pinch_settle_box_faces(const dGeomID geom[2], const int class[2], const pinch_pose pose[2],

@@ -100,6 +100,22 @@ static void test_something_is_left(void **state)
     pair_free(&p);
 }
 
+/* A program that turns normals by more than faces that lie on each other are tilted means it. */
+static void test_normals_of_the_program_s_own_stay(void **state)
+{
+    (void)state;
+    pair p;
+    const double turned[3] = {cos(0.02), sin(0.02), 0};
+    pair_make(&p, 1e-4, 1);
+    add(&p, 0.5, 0.5);
+    add(&p, -0.5, 0.5);
+    memcpy(p.point[1].normal, turned, sizeof turned);
+    assert_int_equal(settle(&p), 2);
+    assert_true(p.point[0].normal[2] < 0);
+    assert_memory_equal(p.point[1].normal, turned, sizeof turned);
+    pair_free(&p);
+}
+
 static void test_the_normal_is_between_those_of_the_faces(void **state)
 {
     (void)state;
@@ -140,6 +156,7 @@ int main(void)
         cmocka_unit_test(test_crossings_of_coincident_edges_are_dropped),
         cmocka_unit_test(test_other_points_stay),
         cmocka_unit_test(test_something_is_left),
+        cmocka_unit_test(test_normals_of_the_program_s_own_stay),
         cmocka_unit_test(test_the_normal_is_between_those_of_the_faces),
         cmocka_unit_test(test_other_shapes_are_left_alone),
     };
