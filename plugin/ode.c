@@ -22,7 +22,7 @@ pinch_ode_settings pinch_ode_default_settings(void)
         .merge_distance = 0.05,
         .stale_tilt = 0.05,
         .threads = 1,
-        .manifold_points = PINCH_MANIFOLD_POINTS,
+        .manifold_points = PINCH_SHARED_POINTS,
         .move_bodies = true,
     };
     return settings;
@@ -44,7 +44,7 @@ pinch_status pinch_check_settings(const pinch_ode_settings *settings)
     if (!(settings->merge_distance > 0 && settings->merge_distance <= 0.5) ||
         !(settings->stale_tilt >= 0 && settings->stale_tilt <= 0.5))
         return PINCH_INVALID_ARGUMENT;
-    if (settings->manifold_points < 1 || settings->manifold_points > PINCH_MANIFOLD_POINTS)
+    if (settings->manifold_points < 1 || settings->manifold_points > PINCH_SHARED_POINTS)
         return PINCH_INVALID_ARGUMENT;
     if (settings->scope < PINCH_ODE_ALL_CONTACTS || settings->scope > PINCH_ODE_MATERIAL_CONTACTS ||
         !(settings->tangential_ratio > 0 && settings->tangential_ratio <= 10))

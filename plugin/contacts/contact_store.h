@@ -73,7 +73,7 @@ typedef struct pinch_pair {
     bool unchanged;   /* its contacts are those of the last step, to the bit, and nothing moves them, or did so then */
     bool is_prescribed; /* a body of it moves as its owner prescribes */
     bool has_material;  /* otherwise its points have surface parameters of their own */
-    uint8_t watched;    /* a bit for each of its points that is kept on a mesh or height field: see kept_points.h */
+    uint64_t watched;   /* a bit for each of its points that is kept on a mesh or height field: see kept_points.h */
     int geom[2];        /* records */
     pinch_manifold manifold;
     int room;              /* points there is room for in the manifold's block */

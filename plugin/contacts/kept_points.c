@@ -217,24 +217,25 @@ bool pinch_geoms_bear(void *context, const pinch_manifold_point *point, double s
     return bear;
 }
 
-uint8_t pinch_points_to_watch(const pinch_kept_points *kept, const pinch_manifold *points,
-                              const pinch_detected_point *detected, int count)
+uint64_t pinch_points_to_watch(const pinch_kept_points *kept, const pinch_manifold *points,
+                               const pinch_detected_point *detected, int count)
 {
-    _Static_assert(PINCH_MANIFOLD_POINTS <= 8, "a byte has a bit for each point");
+    _Static_assert(PINCH_MANIFOLD_POINTS <= 64, "the result has a bit for each point");
     bool changes = false;
     if (kept->again != PINCH_FOUND_AGAIN) return 0;
     for (int side = 0; side < 2; side++) changes |= is_surface(dGeomGetClass(kept->pair->id[side]));
     if (!changes) return 0;
-    unsigned watched = (1u << points->count) - 1;
+    uint64_t watched = 0;
+    for (int k = 0; k < points->count; k++) watched |= (uint64_t)1 << k;
     for (int i = 0; i < count; i++)
-        if (detected[i].point >= 0) watched &= ~(1u << detected[i].point);
-    return (uint8_t)watched;
+        if (detected[i].point >= 0) watched &= ~((uint64_t)1 << detected[i].point);
+    return watched;
 }
 
 bool pinch_watched_points_stay(const pinch_kept_points *kept)
 {
     const pinch_manifold *points = &kept->pair->manifold;
-    unsigned watched = kept->pair->watched;
+    uint64_t watched = kept->pair->watched;
     double slack = 0;
     for (int k = 0; k < points->count; k++)
         if (!(watched >> k & 1) && points->point[k].depth > slack) slack = points->point[k].depth;

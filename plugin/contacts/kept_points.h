@@ -42,8 +42,8 @@ bool pinch_geoms_bear(void *kept, const pinch_manifold_point *point, double slac
  * the pair would seem unchanged. So such points are watched. Returns the bits of those among `points` that are not
  * among the detected ones.
  */
-uint8_t pinch_points_to_watch(const pinch_kept_points *kept, const pinch_manifold *points,
-                              const pinch_detected_point *detected, int count);
+uint64_t pinch_points_to_watch(const pinch_kept_points *kept, const pinch_manifold *points,
+                               const pinch_detected_point *detected, int count);
 /* Tells whether the watched points of a pair are still there whose contacts are those of the last step. */
 bool pinch_watched_points_stay(const pinch_kept_points *kept);
 

@@ -180,6 +180,15 @@ typedef struct measure {
     double within, deepest; /* how far and how deep they may be, m */
 } measure;
 
+/* Returns the nearest of the known points that are not taken, of the square distances d2; -1: none is near enough. */
+static int nearest_free(const double *d2, int count, const bool *taken, double within)
+{
+    int nearest = -1;
+    for (int k = 0; k < count; k++)
+        if (!taken[k] && (nearest < 0 ? d2[k] <= within * within : d2[k] < d2[nearest])) nearest = k;
+    return nearest;
+}
+
 /*
  * Gives detected points that have none, and are not too deep, known points that are still free, those that are nearest
  * to each other first: a new one beside a known one would take its state before that one's own point comes. known_of[i]
@@ -189,27 +198,22 @@ static void match_by(const measure *by, const pinch_manifold *m, pinch_detected_
                      int *known_of, bool *seen)
 {
     double d2[PINCH_MANIFOLD_POINTS][PINCH_MANIFOLD_POINTS];
-    bool waits[PINCH_MANIFOLD_POINTS];
+    int nearest[PINCH_MANIFOLD_POINTS]; /* the known point that is still free, -1: none, or none is wanted */
     for (int i = 0; i < count; i++) {
-        waits[i] = known_of[i] < 0 && detected[i]->depth <= by->deepest;
-        for (int k = 0; k < m->count && waits[i]; k++) d2[i][k] = by->distance2(&m->point[k], detected[i]);
+        bool waits = known_of[i] < 0 && detected[i]->depth <= by->deepest;
+        for (int k = 0; k < m->count && waits; k++) d2[i][k] = by->distance2(&m->point[k], detected[i]);
+        nearest[i] = waits ? nearest_free(d2[i], m->count, seen, by->within) : -1;
     }
-    for (bool found = true; found;) {
-        double best = by->within * by->within;
-        int first = -1, second = -1;
-        for (int i = 0; i < count; i++) {
-            for (int k = 0; k < m->count && waits[i]; k++) {
-                if (seen[k] || !(first < 0 ? d2[i][k] <= best : d2[i][k] < best)) continue;
-                best = d2[i][k];
-                first = i;
-                second = k;
-            }
-        }
-        found = first >= 0;
-        if (!found) continue;
-        waits[first] = false;
-        known_of[first] = second;
-        seen[second] = true;
+    for (;;) {
+        int first = -1;
+        for (int i = 0; i < count; i++)
+            if (nearest[i] >= 0 && (first < 0 || d2[i][nearest[i]] < d2[first][nearest[first]])) first = i;
+        if (first < 0) return;
+        int taken = known_of[first] = nearest[first];
+        seen[taken] = true;
+        nearest[first] = -1;
+        for (int i = 0; i < count; i++)
+            if (nearest[i] == taken) nearest[i] = nearest_free(d2[i], m->count, seen, by->within);
     }
 }
 

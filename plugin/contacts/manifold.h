@@ -11,7 +11,8 @@
 
 #include "contacts/manifold_point.h"
 
-enum { PINCH_MANIFOLD_POINTS = 8 };
+/* The most points of any manifold, and of one whose points share a stiffness. */
+enum { PINCH_MANIFOLD_POINTS = 64, PINCH_SHARED_POINTS = 8 };
 
 typedef struct pinch_manifold {
     int count;

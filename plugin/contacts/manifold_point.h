@@ -17,10 +17,13 @@ typedef struct pinch_detected_point {
     double anchor[2][3];           /* the touching points in the geoms' frames, see pinch_point_anchor */
     bool on_ball;                  /* its place is a ball's, whatever the collider says */
     int buffered;                  /* index of the buffered contact it comes from */
+    int surface;                   /* and of its surface parameters, -1: the pair has a material */
     int point;                     /* out: its place in the manifold, -1 for none */
     bool redundant;                /* out: another one is in its place, or it bears nothing beside deeper ones */
-    double u[2], ahead, aside;     /* from here on scratch of reduction.c */
-    int group, edge;
+    bool bears;                    /* it is not left out: points that stay stand for it, too */
+    double share, part;            /* out, where it stays: see pinch_own_law */
+    double u[2], ahead, aside;     /* from here on scratch of reduction.c and shares.c */
+    int group, edge, stand_in;
     bool kept;
 } pinch_detected_point;
 
@@ -30,6 +33,7 @@ typedef struct pinch_own_law {
     double compliance[3]; /* see pinch_contact */
     double floor;
     double stands_for; /* how many contacts it stands for where a pair has more than its manifold holds; otherwise 1 */
+    double part;       /* this over the largest of its pair, in (0, 1], where it has many points; otherwise 0 */
     double rebound;    /* m/s, of this step: what a bounce asks for beyond what overlap and motion do; 0 without one */
     double impact;     /* N, of this step: the normal force by which it bounced; 0 without a bounce */
     double gave_way;   /* m/s, of this step: by how much it gave way to that */
@@ -70,7 +74,7 @@ typedef struct pinch_manifold_rules {
     bool rims_bear_nothing; /* points where surfaces only cross are left out beside deep ones, however few there are */
     bool shared;            /* the points share one stiffness, and their resultant shear outlives them; otherwise new
                              * points start without any shear */
-    int most_points;        /* 1 to PINCH_MANIFOLD_POINTS */
+    int most_points;        /* 1 to PINCH_MANIFOLD_POINTS; of shared ones, to PINCH_SHARED_POINTS */
     /* Tells whether the geoms bear a point that was not detected, at a slack as in pinch_point_refresh; NULL: they do.
      * It is asked for points only that would stay otherwise. */
     bool (*bears)(void *geoms, const pinch_manifold_point *point, double slack);

@@ -3,6 +3,7 @@
 #include "contacts/collider_points.h"
 #include "contacts/kept_points.h"
 #include "contacts/manifold.h"
+#include "contacts/reduction.h"
 #include "contacts/surface.h"
 #include "util/block_pool.h"
 #include "util/prefetch.h"
@@ -117,36 +118,37 @@ static bool make_own_law(pinch_contact_store *store, pinch_manifold_point *point
 }
 
 /*
- * Each contact of ODE's is a spring of its own. Where only some stay, they stand for the others: returns for how many
- * each. Redundant ones bear nothing of their own, and no other bears more for them, unless their friction is a force.
+ * Each contact of ODE's is a spring of its own. Where only some stay, they stand for the others: finds for how many.
+ * Redundant ones bear nothing of their own, and no other bears more for them, unless their friction is a force. How
+ * stiff ones share a load is open where there are more than the corners of a face: in equal parts, as in ODE.
  */
-static double share_of(const pinch_surface *surface, const pinch_detected_point *detected, int count, int most)
+static void share_out(const pinch_contact_store *store, pinch_detected_point *detected, int count, int most)
 {
-    int kept = 0, bearing = 0;
-    bool all = pinch_surface_has_forces(surface);
+    int bearing = 0;
     for (int i = 0; i < count; i++) {
-        kept += detected[i].point >= 0;
-        bearing += all || !detected[i].redundant;
+        const pinch_surface *surface = &store->surfaces.items[detected[i].surface].surface;
+        detected[i].bears = !detected[i].redundant || pinch_surface_has_forces(surface);
+        bearing += detected[i].bears;
     }
-    return bearing > most && kept > 0 ? (double)bearing / kept : 1;
+    if (bearing > most)
+        pinch_share_out(detected, count);
+    else
+        for (int i = 0; i < count && bearing > PINCH_SHARED_POINTS; i++) detected[i].part = 1;
 }
 
 /* Gives every point the surface parameters that it was last handed over with. */
-static bool store_own_laws(pinch_contact_store *store, pinch_pair *pair, const pinch_detected_point *detected,
-                           int count, int most)
+static bool store_own_laws(pinch_contact_store *store, pinch_pair *pair, pinch_detected_point *detected, int count,
+                           int most)
 {
-    int counted = -1;
-    double stands_for = 1;
+    if (count > PINCH_SHARED_POINTS || count > most) share_out(store, detected, count, most);
     for (int i = 0; i < count; i++) {
         if (detected[i].point < 0) continue;
         const pinch_buffered_contact *contact = &store->buffer.items[detected[i].buffered];
-        if (contact->surface != counted && count > most)
-            stands_for = share_of(&store->surfaces.items[contact->surface].surface, detected, count, most);
-        counted = contact->surface;
         pinch_manifold_point *point = &pair->manifold.point[detected[i].point];
         if (!make_own_law(store, point, store->surfaces.items[contact->surface].surface.rolls)) return false;
         point->own->surface = contact->surface;
-        point->own->stands_for = stands_for;
+        point->own->stands_for = detected[i].share;
+        point->own->part = detected[i].part;
         if (contact->direction >= 0)
             pinch_v3_copy(point->own->tangent1, store->directions.items[contact->direction].tangent);
         else
@@ -213,7 +215,10 @@ static void interpret(const pinch_contact_store *store, int index, pinch_detecte
     detected->depth = contact->found[6];
     detected->on_ball = false;
     detected->buffered = index;
+    detected->surface = contact->surface;
     detected->redundant = detected->kept = false;
+    detected->share = 1;
+    detected->part = 0;
 }
 
 /*
@@ -286,6 +291,14 @@ static void compute_poses(const update_task *task, const pinch_pair *pair)
     }
 }
 
+/* Points that share a stiffness are as good as their hull. Contacts of ODE's are springs of their own, and each counts.
+ */
+static int most_points(const pinch_ode_settings *settings, const pinch_pair *pair)
+{
+    bool few = pair->has_material || settings->manifold_points < PINCH_SHARED_POINTS;
+    return few ? settings->manifold_points : PINCH_MANIFOLD_POINTS;
+}
+
 /* Updates the manifold on a copy with room for all points that may come, and stores what has come of it. */
 static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
 {
@@ -304,7 +317,7 @@ static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
         .quiet_distance = QUIET * wandering,
         .stale_tilt = task->settings->stale_tilt,
         .shared = pair->has_material,
-        .most_points = task->settings->manifold_points,
+        .most_points = most_points(task->settings, pair),
         .bears = pinch_geoms_bear,
         .geoms = &kept,
     };

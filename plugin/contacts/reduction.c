@@ -14,7 +14,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { MOST_GROUPS = PINCH_MANIFOLD_POINTS / 2, OUTSIDE_NONE = -1 };
+enum { MOST_GROUPS = PINCH_SHARED_POINTS / 2, OUTSIDE_NONE = -1 };
 
 /* Normals that differ by more than this (the chord, 0.26 rad) press on different faces. */
 static const double OTHER_FACE = 0.26;
@@ -30,7 +30,7 @@ static const double THIN = 1e-6, THIN_POINTS = 1e-3;
 typedef struct face_group {
     double normal[3];             /* of the point that it began with */
     double centre[3], axis[2][3]; /* the coordinates u = axis (position - centre) have unit variance */
-    pinch_detected_point *from[PINCH_MANIFOLD_POINTS], *to[PINCH_MANIFOLD_POINTS]; /* edges, counter-clockwise */
+    pinch_detected_point *from[PINCH_SHARED_POINTS], *to[PINCH_SHARED_POINTS]; /* edges, counter-clockwise */
     int kept;
 } face_group;
 
@@ -210,10 +210,12 @@ static void keep(reduction *r, pinch_detected_point *corner)
     group->kept++;
 }
 
-static bool is_known(const reduction *r, const pinch_detected_point *p)
+/* Tells whether the manifold has a point within a part of the merge distance. */
+static bool is_known(const reduction *r, const pinch_detected_point *p, double part)
 {
+    double within = part * r->merge_distance;
     for (int k = 0; k < r->known->count; k++)
-        if (pinch_point_distance2(&r->known->point[k], p) < r->merge_distance * r->merge_distance) return true;
+        if (pinch_point_distance2(&r->known->point[k], p) < within * within) return true;
     return false;
 }
 
@@ -223,8 +225,8 @@ static bool goes_first(const reduction *r, const pinch_detected_point *a, const 
 {
     static const double DIRECTION[3] = {0.5403, 0.6729, 0.5052};
     if (fabs(a->aside - b->aside) > EQUAL) return a->aside > b->aside;
-    bool known = is_known(r, a);
-    if (known != is_known(r, b)) return known;
+    bool known = is_known(r, a, 1);
+    if (known != is_known(r, b, 1)) return known;
     return pinch_v3_dot(DIRECTION, a->position) > pinch_v3_dot(DIRECTION, b->position);
 }
 
@@ -286,6 +288,43 @@ static void keep_deepest(reduction *r, int g)
     if (deepest->depth - kept->depth > DEEPER * deepest->depth) keep(r, deepest);
 }
 
+/* ---- filling up ---- */
+
+/* Notes how far (m^2) a point is at most from those of its kind that are kept. */
+static void see_kept(const pinch_detected_point *kept, pinch_detected_point *p)
+{
+    if (p->group != kept->group || p->surface != kept->surface) return;
+    p->ahead = fmin(p->ahead, squared_distance(p->position, kept->position));
+}
+
+/*
+ * Keeps further points until there are as many as may stay: always the one that is farthest from all of its kind, on
+ * the same face and with the same surface parameters, so that they spread evenly, each for those around it. One that
+ * the manifold has goes before others up to twice as far.
+ */
+static void fill_up(reduction *r)
+{
+    static const double BEFORE = 4;  /* in square distance */
+    static const double SAME = 0.02; /* merge distances: neighbours may be closer than one */
+    for (int i = 0; i < r->count; i++) {
+        pinch_detected_point *p = &r->points[i];
+        p->ahead = DBL_MAX / BEFORE;
+        p->aside = is_known(r, p, SAME) ? BEFORE : 1;
+        for (int k = 0; k < r->kept_count; k++) see_kept(r->kept[k], p);
+    }
+    while (r->kept_count < r->most) {
+        pinch_detected_point *next = NULL;
+        for (int i = 0; i < r->count; i++) {
+            pinch_detected_point *p = &r->points[i];
+            if (!p->kept && p->ahead > 0 && (!next || p->ahead * p->aside > next->ahead * next->aside)) next = p;
+        }
+        if (!next) return;
+        next->kept = true;
+        r->kept[r->kept_count++] = next;
+        for (int i = 0; i < r->count; i++) see_kept(next, &r->points[i]);
+    }
+}
+
 int pinch_reduce_points(const pinch_manifold *known, double merge_distance, int most, pinch_detected_point *points,
                         int count, pinch_detected_point **kept)
 {
@@ -303,8 +342,10 @@ int pinch_reduce_points(const pinch_manifold *known, double merge_distance, int 
     }
     sort_into_groups(&r);
     for (int g = 0; g < r.group_count; g++) begin(&r, g);
-    grow(&r, most - r.group_count);
+    int corners = most < PINCH_SHARED_POINTS ? most : PINCH_SHARED_POINTS;
+    grow(&r, corners - r.group_count);
     for (int g = 0; g < r.group_count; g++) keep_deepest(&r, g);
-    grow(&r, most);
+    grow(&r, corners);
+    if (most > PINCH_SHARED_POINTS) fill_up(&r);
     return r.kept_count;
 }

@@ -25,4 +25,11 @@ int pinch_leave_out_rims(pinch_detected_point *points, int count);
 int pinch_reduce_points(const pinch_manifold *known, double merge_distance, int most, pinch_detected_point *points,
                         int count, pinch_detected_point **kept);
 
+/*
+ * Finds for how many contacts each point stands that has a place in the manifold, 1 where there are none besides: for
+ * those that bear and have none. Points of the same face and the same surface parameters bear together, where, and with
+ * the stiffness against tilting that all of them have.
+ */
+void pinch_share_out(pinch_detected_point *points, int count);
+
 #endif

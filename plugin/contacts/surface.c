@@ -241,6 +241,18 @@ static void set_tangent(const double *tangent1, pinch_contact *c)
         pinch_v3_any_perpendicular(c->normal, c->tangent1);
 }
 
+/*
+ * Returns the least compliance, as a part of what the bodies' inertia gives a contact in a step. Many contacts of a
+ * pair share a load in equal parts, or in proportion to what they stand for. A solve gives stiff contacts a floor of
+ * compliance that is another one at each place, and leaves most to those in the middle. So they are softer than that
+ * floor, and by as much softer than the stiffest of them as they stand for fewer.
+ */
+static double least_compliance(const pinch_surface_conditions *conditions)
+{
+    static const double ABOVE_FLOORS = 1e-3;
+    return conditions->part > 0 ? ABOVE_FLOORS / conditions->part : NO_COMPLIANCE;
+}
+
 double pinch_surface_apply(const pinch_step_context *context, const pinch_surface *s,
                            pinch_surface_conditions *conditions, pinch_contact *c)
 {
@@ -248,7 +260,7 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
     double h = context->h;
     double erp = isnan(s->erp) ? fmin(fmax(dWorldGetERP(world), 0), 1) : s->erp;
     double cfm = isnan(s->cfm) ? not_negative(dWorldGetCFM(world)) : s->cfm;
-    cfm = fmax(cfm / conditions->stands_for, NO_COMPLIANCE * h * conditions->mobility);
+    cfm = fmax(cfm / conditions->stands_for, least_compliance(conditions) * h * conditions->mobility);
     c->model = s->rolls ? PINCH_CONTACT_ROLLING : PINCH_CONTACT_HARD;
     c->may_soften = true;
     for (int i = 0; i < 3; i++) {

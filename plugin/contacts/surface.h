@@ -20,7 +20,8 @@ typedef struct pinch_surface_conditions {
     const double *tangent1; /* the first friction direction, unit, world */
     double mobility;        /* sum of the bodies' inverse masses, 1/kg */
     double size;            /* of the smaller geom, m */
-    double stands_for;      /* how many such contacts the contact stands for */
+    double stands_for;      /* how many such contacts the contact stands for, */
+    double part;            /* and this over the largest of its pair; 0: the pair has few contacts */
     double approach;        /* velocity along the normal now, m/s, negative when approaching */
     double recent_approach; /* by how much bodies have come in of late by their own motion, m; out: with this step */
     double approach_depth;  /* how deep they have come in by it at a time, m; out: with this step */

@@ -211,6 +211,7 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
         .mobility = law->mobility,
         .size = law->size,
         .stands_for = own->stands_for,
+        .part = own->part,
         .approach = approach,
         .recent_approach = pair->recent_approach_before,
         .approach_depth = pair->approach_depth,

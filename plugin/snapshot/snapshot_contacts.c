@@ -101,6 +101,7 @@ static void archive_own_law(pinch_archive *a, const pinch_contact_store *store, 
     PINCH_ARCHIVE(a, own->compliance);
     PINCH_ARCHIVE(a, own->floor);
     PINCH_ARCHIVE(a, own->stands_for);
+    PINCH_ARCHIVE(a, own->part);
     PINCH_ARCHIVE(a, own->carried_at);
     PINCH_ARCHIVE(a, own->hold);
     PINCH_ARCHIVE(a, own->hold_span);

@@ -103,7 +103,8 @@ static void archive_pair_of_step(pinch_archive *a, pinch_pair *pair, const pinch
     PINCH_ARCHIVE(a, pair->buffered_count);
     PINCH_ARCHIVE(a, pair->points_when_built);
     PINCH_ARCHIVE(a, pair->watched);
-    if (pair->watched >> pair->manifold.count) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
+    int points = pair->manifold.count;
+    if (points < PINCH_MANIFOLD_POINTS && pair->watched >> points) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
     if (pair->manifold.count == 0) { /* it belongs to no island, and has had no bodies in this step */
         for (int side = 0; side < 2; side++) archive_whether_it_moves(a, &pair->step_body[side]);
         return;

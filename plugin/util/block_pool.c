@@ -25,10 +25,12 @@ static int class_of(int items)
 }
 
 /* Each chunk is an eighth of all before it, so that little is held in vain and large scenes ask seldom. */
-static bool add_chunk(pinch_block_pool *pool)
+static bool add_chunk(pinch_block_pool *pool, size_t least)
 {
     enum { HEAD = 16, FEWEST = 16 };
-    size_t items = FEWEST + pool->bytes / 8 / pool->item_size, bytes = HEAD + items * pool->item_size;
+    size_t items = FEWEST + pool->bytes / 8 / pool->item_size;
+    if (items < least) items = least;
+    size_t bytes = HEAD + items * pool->item_size;
     unsigned char *chunk = malloc(bytes);
     if (!chunk) return false;
     chain(chunk, &pool->chunks);
@@ -51,7 +53,7 @@ void *pinch_block_take(pinch_block_pool *pool, int items, int *room)
     if ((size_t)(pool->end - pool->next) < bytes) {
         for (; pool->end > pool->next; pool->next += pool->item_size) /* the rest, as blocks of one */
             chain(pool->next, &pool->given_back[0]);
-        if (!add_chunk(pool)) {
+        if (!add_chunk(pool, (size_t)*room)) {
             *room = 0;
             return NULL;
         }

@@ -1,12 +1,12 @@
-/* A pool of blocks of 1, 2, 4 or 8 items of one size, which are taken and given back while a scene runs. What is given
- * back is taken again, so that a scene that has been running asks the system for nothing. Blocks do not move. */
+/* A pool of blocks of 1, 2, 4, ... or 64 items of one size, which are taken and given back while a scene runs. What is
+ * given back is taken again, so that a scene that has been running asks the system for nothing. Blocks do not move. */
 #ifndef PINCH_UTIL_BLOCK_POOL_H
 #define PINCH_UTIL_BLOCK_POOL_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
-enum { PINCH_BLOCK_SIZES = 4, PINCH_BLOCK_MOST = 1 << (PINCH_BLOCK_SIZES - 1) };
+enum { PINCH_BLOCK_SIZES = 7, PINCH_BLOCK_MOST = 1 << (PINCH_BLOCK_SIZES - 1) };
 
 typedef struct pinch_block_pool {
     size_t item_size; /* bytes, a multiple of 8; set once, everything else starts as 0 */

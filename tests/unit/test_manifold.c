@@ -47,7 +47,7 @@ static void update_all(pinch_manifold *m, const placed *a, const placed *b, pinc
                                   .quiet_distance = quiet,
                                   .stale_tilt = TILT,
                                   .shared = shared,
-                                  .most_points = PINCH_MANIFOLD_POINTS};
+                                  .most_points = PINCH_SHARED_POINTS};
     pinch_manifold_update(m, pose, pool, count, &rules);
 }
 
