@@ -23,10 +23,6 @@ static const double SOFTEST = 2, LOWEST_FLOOR = 1e-6, LEVEL_FACTOR = 5;
  * tell how compliant they are. */
 static const double STIFFEST_FLOOR = 1e-9;
 
-/* In heaps where Newton's method fails, forces are led to this floor by (75), if it is not higher than the last:
- * answers at it count as a rule, and those at lower ones take longer. */
-static const double FLOOR_OF_HEAPS = 1e-3;
-
 /* A floor is lowered only where it lets a contact sink by more than this part of the body's size. */
 static const double SUNK_SHARE = 3e-4;
 
@@ -333,11 +329,10 @@ static pinch_force_proximal way_to_floor(double floor, pinch_force_answer *cente
 /*
  * First the floor of the last step is tried from the warm start, then the same from Gauss-Seidel sweeps and steps with
  * given limits of friction, in heaps by (75), then floor level by floor level, and back down from where one is found,
- * or from a floor of an earlier step. *try counts them. Returns false when memory ran out.
+ * or from a floor of an earlier step. Returns false when memory ran out.
  */
 static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
-                                   const pinch_solver_settings *settings, double *floor, int *try,
-                                   pinch_step_result *result)
+                                   const pinch_solver_settings *settings, double *floor, pinch_step_result *result)
 {
     pinch_solver_result *total = &result->solve;
     int tries = may_soften(problem) ? LEVELS : 2;
@@ -349,21 +344,26 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
     pinch_solver_result part;
     memset(total, 0, sizeof *total);
     total->status = PINCH_SOLVE_MAX_ITERATIONS;
-    for (*try = 0; *try < tries && (*try < 2 || *floor < SOFTEST); ++*try) {
-        if (*try > 1) *floor *= LEVEL_FACTOR;
-        if (*try == 1 && heap) *floor = fmin(*floor, FLOOR_OF_HEAPS);
+    for (int try = 0; try < tries && (try < 2 || *floor < SOFTEST); try++) {
+        if (try > 1) *floor *= LEVEL_FACTOR;
+        if (try == 1 && heap) *floor = fmin(*floor, PINCH_FORCE_FLOOR_OF_HEAPS);
         pinch_force_warm_start(s, problem);
         pinch_force_set_floor(s, *floor);
-        bool ran = *try > 0 && heap
-                       ? pinch_force_approach(arena, s, settings, way_to_floor(*floor, &center), total, &part)
-                       : (*try == 0 || find_start(arena, s, problem, *try, settings, &total->iterations)) &&
-                             pinch_force_newton_within(arena, s, settings, *try == 0 ? FIRST_LIMIT : LATER_LIMIT, total,
-                                                       &part);
+        pinch_force_proximal way = way_to_floor(*floor, &center);
+        bool ran;
+        if (heap && try == 0)
+            ran = pinch_force_begin_heap(arena, s, settings, &way, FIRST_LIMIT, total, &part);
+        else if (heap)
+            ran = pinch_force_approach(arena, s, settings, way, total, &part);
+        else
+            ran = (try == 0 || find_start(arena, s, problem, try, settings, &total->iterations)) &&
+                  pinch_force_newton_within(arena, s, settings, try == 0 ? FIRST_LIMIT : LATER_LIMIT, total, &part);
         if (!ran) return false;
+        if (heap) *floor = way.floor;
         total->status = part.status;
         total->residual = part.residual;
         if (part.status == PINCH_SOLVE_CONVERGED || s->work > s->budget) break;
-        if (*try == 0 && s->split_products > 0) {
+        if (try == 0 && s->split_products > 0) {
             s->given_up = true; /* at any higher floor a tall pile sinks as a whole, and the way back down takes long */
             return true;
         }
@@ -386,13 +386,11 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
  * that the last path began with. Returns false when memory ran out.
  */
 static bool continue_along_path(pinch_arena *arena, pinch_force_system *s, const pinch_problem *problem,
-                                const pinch_solver_settings *settings, double *floor, int *try,
-                                pinch_solver_result *total)
+                                const pinch_solver_settings *settings, double *floor, pinch_solver_result *total)
 {
     enum { PATHS = 3 };
     static const double SOFTER = 25;
     pinch_solver_result part;
-    *try = 0;
     pinch_force_warm_start(s, problem);
     if (s->mobility->unknowns + s->multiplier_count > PINCH_PATH_MOST_UNKNOWNS) {
         pinch_force_move(s);
@@ -400,10 +398,10 @@ static bool continue_along_path(pinch_arena *arena, pinch_force_system *s, const
     }
     int tries = may_soften(problem) ? PATHS : 1;
     double each = pow((s->mobility->unknowns + s->multiplier_count + 1) / 6.0, 3) / 3 + s->element_count;
-    for (; *try < tries && total->status != PINCH_SOLVE_CONVERGED; ++*try) {
+    for (int try = 0; try < tries && total->status != PINCH_SOLVE_CONVERGED; try++) {
         int steps = settings->max_iterations - total->iterations;
         bool arrived;
-        if (*try > 0) *floor = fmin(SOFTER * *floor, SOFTEST);
+        if (try > 0) *floor = fmin(SOFTER * *floor, SOFTEST);
         if (steps > PINCH_PATH_MOST_STEPS) steps = PINCH_PATH_MOST_STEPS;
         if (steps > (s->budget - s->work) / each) steps = (int)((s->budget - s->work) / each);
         pinch_force_warm_start(s, problem);
@@ -429,12 +427,11 @@ static bool solve_or_approximate(pinch_arena *arena, pinch_force_system *s, cons
                                  const pinch_solver_settings *settings, double *floor, pinch_step_result *result)
 {
     enum { MANY = 2000 };
-    int try;
     if (settings->sweeps > 0 && problem->contact_count > MANY) {
         if (!pinch_force_may_split(arena, s, settings->sweeps)) return false;
         s->given_up = s->split_products > 0 && s->dear;
     }
-    if (!s->given_up && !continue_in_compliance(arena, s, problem, settings, floor, &try, result)) return false;
+    if (!s->given_up && !continue_in_compliance(arena, s, problem, settings, floor, result)) return false;
     return !s->given_up || pinch_force_approximate(arena, s, problem, settings, floor, result);
 }
 
@@ -442,10 +439,9 @@ static bool go_one_way(pinch_arena *arena, pinch_force_system *s, const pinch_pr
                        const pinch_solver_settings *settings, pinch_force_way way, double *floor,
                        pinch_step_result *result)
 {
-    int try;
     switch (way) {
     case PINCH_FORCE_BY_PATH:
-        return continue_along_path(arena, s, problem, settings, floor, &try, &result->solve);
+        return continue_along_path(arena, s, problem, settings, floor, &result->solve);
     case PINCH_FORCE_BY_SWEEPS:
         return pinch_force_may_split(arena, s, settings->sweeps) &&
                pinch_force_approximate(arena, s, problem, settings, floor, result);

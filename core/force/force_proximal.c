@@ -11,6 +11,8 @@
 #include "force/force_rows.h"
 #include "force/force_system.h"
 
+#include <math.h>
+
 bool pinch_force_may_approach(const pinch_force_system *s)
 {
     /* contacts: with few, steps with given limits of friction or a higher floor lead to an answer; with more than MANY,
@@ -40,12 +42,12 @@ static void ease_contacts(pinch_force_system *s, double ease)
     }
 }
 
-static bool sweep(pinch_arena *arena, pinch_force_system *s, int count)
+/* *merit: the root afterwards. Returns false when memory ran out. */
+static bool sweep(pinch_arena *arena, pinch_force_system *s, int count, double *merit)
 {
     static const double VISIT = 0.25; /* in products of blocks: they read a contact from one place */
-    double merit;
     pinch_arena_mark here = pinch_arena_here(arena);
-    bool swept = pinch_force_sweep_alone(arena, s, count, &merit);
+    bool swept = pinch_force_sweep_alone(arena, s, count, merit);
     pinch_arena_rewind(arena, &here);
     s->work += VISIT * count * s->contact_count;
     return swept;
@@ -58,12 +60,13 @@ static bool solve_eased(pinch_arena *arena, pinch_force_system *s, const pinch_s
 {
     enum { LIMIT = 8, SWEEPS = 200 };
     static const double CLOSE = 1e-7;
+    double merit;
     pinch_solver_settings rough = *settings;
     rough.tolerance = rough.goal = CLOSE;
     if (!pinch_force_newton_within(arena, s, &rough, LIMIT, total, part)) return false;
     if (part->status == PINCH_SOLVE_CONVERGED || s->work > s->budget) return true;
     pinch_force_keep(s, center, true);
-    return sweep(arena, s, SWEEPS) && pinch_force_newton_within(arena, s, &rough, LIMIT, total, part);
+    return sweep(arena, s, SWEEPS, &merit) && pinch_force_newton_within(arena, s, &rough, LIMIT, total, part);
 }
 
 /*
@@ -75,9 +78,9 @@ bool pinch_force_approach(pinch_arena *arena, pinch_force_system *s, const pinch
 {
     enum { LIMIT = 8, MOST_FAILURES = 5 };
     static const double FALLS_TO = 0.4, LATER_TO = 0.6, BACK = 2;
-    double ease = way.ease;
+    double ease = way.ease, merit;
     part->status = PINCH_SOLVE_MAX_ITERATIONS;
-    if (way.sweeps > 0 && !sweep(arena, s, way.sweeps)) return false;
+    if (way.sweeps > 0 && !sweep(arena, s, way.sweeps, &merit)) return false;
     pinch_force_keep(s, way.center, false);
     for (int failures = 0; failures <= MOST_FAILURES && !(s->work > s->budget);) {
         bool eased = ease > way.floor;
@@ -101,4 +104,26 @@ bool pinch_force_approach(pinch_arena *arena, pinch_force_system *s, const pinch
     pinch_force_set_floor(s, way.floor);
     part->residual = pinch_force_evaluate(s);
     return true;
+}
+
+static bool has_forces(const pinch_force_system *s)
+{
+    bool any = false;
+    for (int k = 0; k < s->contact_count && !any; k++) any = *pinch_force_values(&s->elements[k], PINCH_FORCE_R) != 0;
+    return any;
+}
+
+bool pinch_force_begin_heap(pinch_arena *arena, pinch_force_system *s, const pinch_solver_settings *settings,
+                            pinch_force_proximal *way, int limit, pinch_solver_result *total, pinch_solver_result *part)
+{
+    enum { SWEEPS = 60, MORE = 240 };
+    static const double FAR = 1e-2, NEAR = 3e-4;
+    double merit = pinch_force_evaluate(s);
+    bool far = merit > FAR && has_forces(s);
+    if (far && !sweep(arena, s, SWEEPS, &merit)) return false;
+    if (!far || merit <= NEAR) return pinch_force_newton_within(arena, s, settings, limit, total, part);
+    way->floor = fmin(way->floor, PINCH_FORCE_FLOOR_OF_HEAPS);
+    way->sweeps = MORE;
+    pinch_force_set_floor(s, way->floor);
+    return pinch_force_approach(arena, s, settings, *way, total, part);
 }

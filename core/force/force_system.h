@@ -320,6 +320,10 @@ bool pinch_force_newton_within(pinch_arena *arena, pinch_force_system *system, c
 
 /* force_proximal.c */
 
+/* In heaps where Newton's method fails, forces are led to this floor by (75), if it is not higher than the last:
+ * answers at it count as a rule, and those at lower ones take longer. */
+#define PINCH_FORCE_FLOOR_OF_HEAPS 1e-3
+
 /* A way to forces at a floor by (75). */
 typedef struct pinch_force_proximal {
     double floor;
@@ -335,6 +339,16 @@ bool pinch_force_may_approach(const pinch_force_system *system);
  * arrive, the forces are the last that it found. Returns false when memory ran out. */
 bool pinch_force_approach(pinch_arena *arena, pinch_force_system *system, const pinch_solver_settings *settings,
                           pinch_force_proximal way, pinch_solver_result *total, pinch_solver_result *result);
+
+/*
+ * Begins with a heap, at way->floor from the forces of the last step: by Newton's method in at most `limit` steps, or
+ * where much has changed since and some sweeps do not take it up, by (75) from where these have come to. Newton's
+ * method fails there as a rule, and takes many steps to find that out. From no forces at all, as those of a pile that
+ * was just built, it does not. way->floor becomes the floor that was tried. Otherwise as pinch_force_approach.
+ */
+bool pinch_force_begin_heap(pinch_arena *arena, pinch_force_system *system, const pinch_solver_settings *settings,
+                            pinch_force_proximal *way, int limit, pinch_solver_result *total,
+                            pinch_solver_result *part);
 
 /*
  * force_explicit.c: follows a path of solutions, equation (56), to the compliances as they are, with at most *steps
