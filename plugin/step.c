@@ -25,6 +25,7 @@ static void watch_world(pinch_ode *p, double h)
     p->context.h = h;
     p->context.same_world = h == p->last_h && memcmp(now, p->world_values, sizeof p->world_values) == 0;
     memcpy(p->context.gravity, now, sizeof p->context.gravity);
+    p->context.values = (pinch_world_values){now[3], now[4], now[5], now[6]};
     memcpy(p->world_values, now, sizeof p->world_values);
 }
 

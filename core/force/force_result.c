@@ -242,12 +242,12 @@ static void read_back_contacts(void *argument, int first, int end)
     for (int k = first; k < end; k++) {
         pinch_contact *c = &problem->contacts[k];
         keep(c, &s->before[k]);
-        found.floor_residual = fmax(found.floor_residual, missed_force(problem->step, &s->elements[k], c));
+        found.floor_residual = pinch_larger(missed_force(problem->step, &s->elements[k], c), found.floor_residual);
         found.largest = pinch_larger(found.largest, *pinch_force_values(&s->elements[k], PINCH_FORCE_R));
         task->sinks[k] = sinks_by(problem->step, &s->elements[k], c);
         soften(problem->step, &s->elements[k], c);
-        found.floor_depth = fmax(found.floor_depth, task->sinks[k]);
-        found.share = fmax(found.share, sunk_share(problem, c, task->sinks[k]));
+        found.floor_depth = pinch_larger(task->sinks[k], found.floor_depth);
+        found.share = pinch_larger(sunk_share(problem, c, task->sinks[k]), found.share);
         finish_contact(&s->elements[k], problem->step, s->q, c);
     }
     task->found[first / PINCH_CHUNK] = found;

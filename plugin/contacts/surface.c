@@ -5,6 +5,7 @@
  */
 #include "contacts/surface.h"
 
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -145,9 +146,10 @@ bool pinch_surface_of(const dContact *contact, bool swapped, pinch_surface *s)
  * Returns the normal row's right hand side as ODE builds it: the push-out velocity and the motion that is aimed at,
  * together no faster than the world allows, or the bounce where that is faster. *rebound is by how much it is.
  */
-static double target_velocity(const pinch_surface *s, dWorldID world, double push_out, double approach, double *rebound)
+static double target_velocity(const pinch_surface *s, const pinch_world_values *world, double push_out, double approach,
+                              double *rebound)
 {
-    double slow = fmin(push_out + s->motion[0], dWorldGetContactMaxCorrectingVel(world)), target = slow;
+    double slow = pinch_smaller(world->correcting_velocity, push_out + s->motion[0]), target = slow;
     double outgoing = approach - s->motion[0];
     if (s->bounce != 0 && -outgoing > s->bounce_velocity) target = fmax(slow, -s->bounce * outgoing + s->motion[0]);
     *rebound = target - slow;
@@ -169,9 +171,9 @@ static void add_approach(pinch_surface_conditions *conditions, double h, double 
     double in_step = not_negative(-h * conditions->approach);
     double along_path = not_negative(in_step - h * conditions->gives_way);
     double still = (1 - FORGOTTEN * erp) * conditions->recent_approach;
-    conditions->recent_approach = fmin(still + along_path, depth);
-    double at_a_time = along_path > 0 ? fmax(in_step, still) : in_step;
-    conditions->approach_depth = fmin(fmax(conditions->approach_depth, at_a_time), depth);
+    conditions->recent_approach = pinch_smaller(still + along_path, depth);
+    double at_a_time = along_path > 0 ? pinch_larger(in_step, still) : in_step;
+    conditions->approach_depth = pinch_smaller(pinch_larger(at_a_time, conditions->approach_depth), depth);
 }
 
 /*
@@ -184,10 +186,11 @@ static double deepest_in(const pinch_step_context *context, pinch_surface_condit
 {
     double limit = DEEP * conditions->size, pace = context->h / erp;
     double g = pinch_v3_norm(context->gravity), most = limit;
-    if (g > 0) most = fmin(limit, fmax(pace * sqrt(2 * g * depth), limit * context->h / LONG_STEP));
+    if (g > 0) most = pinch_smaller(pinch_larger(pace * sqrt(2 * g * depth), limit * context->h / LONG_STEP), limit);
     if (!(pace * conditions->pose_speed > SLOWLY_POSED * most)) conditions->pose_speed = 0;
-    return fmax(fmax(most, conditions->approach_depth),
-                pace * fmax(conditions->pose_speed, 2 * cfm * conditions->force));
+    /* where erp is 0, the pace has no bound, and no number comes of it beside a contact that bears nothing */
+    return pinch_larger(pace * pinch_larger(2 * cfm * conditions->force, conditions->pose_speed),
+                        pinch_larger(most, conditions->approach_depth));
 }
 
 static void set_limit(const pinch_surface *s, const pinch_surface_conditions *conditions, int i, double *coefficient,
@@ -256,11 +259,11 @@ static double least_compliance(const pinch_surface_conditions *conditions)
 double pinch_surface_apply(const pinch_step_context *context, const pinch_surface *s,
                            pinch_surface_conditions *conditions, pinch_contact *c)
 {
-    dWorldID world = context->world;
+    const pinch_world_values *world = &context->values;
     double h = context->h;
-    double erp = isnan(s->erp) ? fmin(fmax(dWorldGetERP(world), 0), 1) : s->erp;
-    double cfm = isnan(s->cfm) ? not_negative(dWorldGetCFM(world)) : s->cfm;
-    cfm = fmax(cfm / conditions->stands_for, least_compliance(conditions) * h * conditions->mobility);
+    double erp = isnan(s->erp) ? pinch_within(world->erp, 0, 1) : s->erp;
+    double cfm = isnan(s->cfm) ? not_negative(world->cfm) : s->cfm;
+    cfm = pinch_larger(cfm / conditions->stands_for, least_compliance(conditions) * h * conditions->mobility);
     c->model = s->rolls ? PINCH_CONTACT_ROLLING : PINCH_CONTACT_HARD;
     c->may_soften = true;
     for (int i = 0; i < 3; i++) {
@@ -271,12 +274,11 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
     set_tangent(conditions->tangent1, c);
     set_friction(s, conditions, c);
 
-    double layer = dWorldGetContactSurfaceLayer(world);
-    if (c->depth > 0) c->depth = not_negative(c->depth - layer);
+    if (c->depth > 0) c->depth = not_negative(c->depth - world->surface_layer);
     add_approach(conditions, h, erp, c->depth);
     double pressed_in = c->depth, push_out = erp * c->depth / h;
     if (cfm < STIFF * h * conditions->mobility && pressed_in > conditions->approach_depth)
-        pressed_in = fmin(pressed_in, deepest_in(context, conditions, erp, cfm, pressed_in));
+        pressed_in = pinch_smaller(deepest_in(context, conditions, erp, cfm, pressed_in), pressed_in);
     else
         conditions->pose_speed = 0;
     double rebound, target = target_velocity(s, world, erp * pressed_in / h, conditions->approach, &rebound);

@@ -4,6 +4,7 @@
 #include "contacts/materials.h"
 #include "contacts/surface.h"
 
+#include "support/extremes.h"
 #include "support/loop.h"
 #include "support/vec3.h"
 
@@ -111,7 +112,7 @@ static pair_law law_of_pair(const pinch_contact_store *store, const pinch_pair *
     } else {
         law.mobility = mobility_of(pair);
         law.size = pinch_pair_size(store, pair);
-        for (int k = 0; k < count; k++) law.deepest = fmax(law.deepest, pair->manifold.point[k].depth);
+        for (int k = 0; k < count; k++) law.deepest = pinch_larger(pair->manifold.point[k].depth, law.deepest);
     }
     return law;
 }
@@ -226,8 +227,8 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
     c->floor = own->floor;
     c->hold = own->hold;
     c->hold_span = own->hold_span;
-    law->approach_depth = fmax(law->approach_depth, conditions.approach_depth);
-    law->recent_approach = fmax(law->recent_approach, conditions.recent_approach);
+    law->approach_depth = pinch_larger(conditions.approach_depth, law->approach_depth);
+    law->recent_approach = pinch_larger(conditions.recent_approach, law->recent_approach);
 }
 
 static void fill_history(const pinch_manifold_point *point, const double *t2, pinch_contact *c)

@@ -20,6 +20,7 @@
  */
 #include "islands/island_life.h"
 
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -58,7 +59,7 @@ static bool may_throw(const pinch_problem *problem, const pinch_rise *rise, doub
         double push = rise->contacts.items[k].push;
         if (!(push > 0)) continue;
         sum += push;
-        steepest = fmax(steepest, push / problem->contacts[k].depth);
+        steepest = pinch_larger(push / problem->contacts[k].depth, steepest);
     }
     return steepest * (sum + g * problem->step) > 2 * g;
 }
