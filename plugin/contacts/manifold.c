@@ -2,6 +2,7 @@
 
 #include "contacts/reduction.h"
 
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -135,7 +136,7 @@ static double reach_of_twins(const pinch_detected_point *points, int count, doub
 {
     static const double MORE = 1.1; /* than the depth: pinch_detected_apart takes it for the depth */
     double deepest = 0;
-    for (int i = 0; i < count; i++) deepest = fmax(deepest, points[i].depth);
+    for (int i = 0; i < count; i++) deepest = pinch_larger(points[i].depth, deepest);
     return limit + MORE * deepest;
 }
 

@@ -8,6 +8,7 @@
 #include "util/block_pool.h"
 #include "util/prefetch.h"
 
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -229,7 +230,7 @@ static void interpret(const pinch_contact_store *store, int index, pinch_detecte
  */
 static void close_gaps(pinch_detected_point *detected, int count)
 {
-    for (int k = 0; k < count; k++) detected[k].depth = fmax(detected[k].depth, 0);
+    for (int k = 0; k < count; k++) detected[k].depth = pinch_larger(detected[k].depth, 0);
 }
 
 /* Turns the pair's contacts into points for its manifold, and returns how many. There must be room for one more. */
@@ -341,7 +342,7 @@ static bool update_pair(const update_task *task, int worker, pinch_pair *pair)
     if (!grows && pair->has_material) return store_points(store, pair, &updated);
     bool locked = task->threaded && grows; /* seldom: it takes blocks, or gives some back */
     if (locked) mtx_lock(&store->workers_lock);
-    if (!pair->has_material) give_back_own_laws(store, &pair->manifold, &updated);
+    if (!pair->has_material && grows) give_back_own_laws(store, &pair->manifold, &updated);
     bool stored = store_points(store, pair, &updated) &&
                   (pair->has_material || store_own_laws(store, pair, detected, count, rules.most_points));
     if (locked) mtx_unlock(&store->workers_lock);

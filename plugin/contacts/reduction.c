@@ -8,6 +8,7 @@
  */
 #include "contacts/reduction.h"
 
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <float.h>
@@ -73,17 +74,20 @@ int pinch_leave_out_rims(pinch_detected_point *points, int count)
     int others = 0;
     double deepest = 0;
     if (count > PINCH_MOST_COMPARED) return count;
-    for (int i = 0; i < count; i++) deepest = fmax(deepest, points[i].depth);
+    for (int i = 0; i < count; i++) deepest = pinch_larger(points[i].depth, deepest);
     for (int i = 0; i < count; i++) {
         pinch_detected_point *p = &points[i];
         if (p->depth > NO_DEPTH * deepest) continue;
         for (int k = 0; k < count && !p->redundant; k++) p->redundant = is_on_rim_around(&points[k], p);
     }
     for (int i = 0; i < count; i++) {
-        pinch_detected_point p = points[i];
-        if (p.redundant) continue;
-        points[i] = points[others];
-        points[others++] = p;
+        if (points[i].redundant) continue;
+        if (i > others) {
+            pinch_detected_point p = points[i];
+            points[i] = points[others];
+            points[others] = p;
+        }
+        others++;
     }
     return others;
 }
