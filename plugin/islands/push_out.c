@@ -58,6 +58,7 @@
 
 #include "joints/island_joints.h"
 
+#include "support/extremes.h"
 #include "support/vec3.h"
 
 #include <math.h>
@@ -80,16 +81,19 @@ static const double FASTER = 2, EASY = 0.25, LEAST = 0.1;
 typedef struct walk {
     const pinch_contact_store *contacts;
     const pinch_island *island;
-    int pair, point; /* of the next contact */
+    int pair, point;      /* of the next contact */
+    const pinch_pair *at; /* that pair, from its second point on */
 } walk;
 
 /* Returns the next contact's own law; NULL for one of a fingertip, which has none of its own. */
-static pinch_own_law *next_own(walk *w)
+static inline pinch_own_law *next_own(walk *w)
 {
-    const pinch_pair *pair = pinch_island_pair(w->contacts, w->island->pairs, w->pair);
-    pinch_own_law *own = pair->has_material ? NULL : pair->manifold.point[w->point].own;
-    if (w->point == 0) pinch_prefetch_island_pairs(w->contacts, w->island->pairs, w->pair, PINCH_READS_OWN_LAWS);
-    if (++w->point == pair->manifold.count) {
+    if (w->point == 0) {
+        w->at = pinch_island_pair(w->contacts, w->island->pairs, w->pair);
+        pinch_prefetch_island_pairs(w->contacts, w->island->pairs, w->pair, PINCH_READS_OWN_LAWS);
+    }
+    pinch_own_law *own = w->at->has_material ? NULL : w->at->manifold.point[w->point].own;
+    if (++w->point == w->at->manifold.count) {
         w->point = 0;
         w->pair++;
     }
@@ -106,7 +110,7 @@ static const pinch_own_law *next_law(walk *w)
 /* Returns how fast (m/s) the surface moves by itself along the normal, into body 1. */
 static double speed_into(const pinch_contact *c, const pinch_own_law *own)
 {
-    return fmax(-(c->surface_velocity[0] + own->rebound), own->pose_speed);
+    return pinch_larger(-(c->surface_velocity[0] + own->rebound), own->pose_speed);
 }
 
 /* Tells whether a partner drives the contact on. One of a fingertip is none of these. */
@@ -131,7 +135,7 @@ static double closing_of(const pinch_contact *c, double h)
 static double push_of(const pinch_contact *c, const pinch_own_law *own, double h)
 {
     if (!is_hard(c, own) || !(c->depth > 0)) return 0;
-    return fmax(closing_of(c, h) - (c->surface_velocity[0] + own->rebound), 0);
+    return pinch_larger(closing_of(c, h) - (c->surface_velocity[0] + own->rebound), 0);
 }
 
 static double inverse_masses(const pinch_problem *problem, const pinch_contact *c)
@@ -164,7 +168,7 @@ static double energy_asked_for(const pinch_contact_store *contacts, const pinch_
                                const pinch_problem *problem)
 {
     double h = problem->step, mass = mass_of(problem), sum = 0;
-    walk at = {contacts, island, 0, 0};
+    walk at = {contacts, island, 0, 0, NULL};
     for (int first = 0, k; first < problem->contact_count; first = k) {
         const pinch_contact *pair = &problem->contacts[first];
         double of_pair = 0, mobility = inverse_masses(problem, pair);
@@ -188,20 +192,27 @@ static double part_of_fall(const pinch_step_context *context, const pinch_proble
     return OF_FALL * 0.5 * mass_of(problem) * fall * fall;
 }
 
+/* Does a surface move by itself along the contact, or about its normal? */
+static bool moves_along(const pinch_contact *c)
+{
+    return c->surface_velocity[1] != 0 || c->surface_velocity[2] != 0 || c->surface_velocity[3] != 0;
+}
+
 /* Returns the most energy (J) that surfaces may give in a step: they bring all bodies to the speed of the fastest, and
  * lift them at it. */
 static double most_of_surfaces(const pinch_step_context *context, const pinch_contact_store *contacts,
                                const pinch_island *island, const pinch_problem *problem)
 {
     double fastest = 0;
-    walk at = {contacts, island, 0, 0};
+    walk at = {contacts, island, 0, 0, NULL};
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
         const pinch_own_law *own = next_law(&at);
-        double into = speed_into(c, own), along = hypot(c->surface_velocity[1], c->surface_velocity[2]);
-        along = fmax(along, own->carried_at);
+        double into = speed_into(c, own), along = 0;
+        if (moves_along(c)) along = hypot(c->surface_velocity[1], c->surface_velocity[2]);
+        along = pinch_larger(along, own->carried_at);
         if (into > 0) along = hypot(along, into);
-        fastest = fmax(fastest, along);
+        fastest = pinch_larger(along, fastest);
     }
     return fastest > 0 ? mass_of(problem) * fastest * (0.5 * fastest + pinch_fall_in_step(context)) : 0;
 }
@@ -211,7 +222,7 @@ static double energy_of_all(const pinch_contact_store *contacts, const pinch_isl
                             const pinch_problem *problem)
 {
     double fastest = 0;
-    walk at = {contacts, island, 0, 0};
+    walk at = {contacts, island, 0, 0, NULL};
     for (int k = 0; k < problem->contact_count; k++)
         fastest = fmax(fastest, push_of(&problem->contacts[k], next_law(&at), problem->step));
     return 0.5 * mass_of(problem) * fastest * fastest;
@@ -301,12 +312,6 @@ static double mean_power_of_friction(const answer *a, const pinch_contact *c)
     return 0.5 * (c->force[1] * along1 + c->force[2] * along2);
 }
 
-/* Does a surface move by itself along the contact, or about its normal? */
-static bool moves_along(const pinch_contact *c)
-{
-    return c->surface_velocity[1] != 0 || c->surface_velocity[2] != 0 || c->surface_velocity[3] != 0;
-}
-
 /* Returns the work (J) that surfaces do on bodies as they move by themselves. In a jam some give what others take, so
  * that their sum counts; where it is negative, they have only taken. */
 static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
@@ -314,7 +319,7 @@ static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_
 {
     answer found = {bodies, island->bodies, problem};
     double power = 0;
-    walk at = {contacts, island, 0, 0};
+    walk at = {contacts, island, 0, 0, NULL};
     for (int k = 0; k < problem->contact_count && island->surface_limit > 0; k++) {
         const pinch_contact *c = &problem->contacts[k];
         const pinch_own_law *own = next_law(&at);
@@ -360,7 +365,7 @@ static int way_out(const answer *a, walk *at, int *next, double *way, double *fo
         if (c->body1 != pair->body1 || c->body2 != pair->body2) break;
         double push = push_of(c, next_law(at), step);
         if (!(push > 0)) continue;
-        *way += step * fmin(mean_velocity(a, c), push);
+        *way += step * pinch_smaller(mean_velocity(a, c), push);
         *force += c->force[0];
         overlaps++;
     }
@@ -376,7 +381,7 @@ static double work_of_lifting(const pinch_step_context *context, const pinch_con
     answer found = {bodies, island->bodies, problem};
     double of_pairs = 0, ways = 0, all = pinch_weight_of_all(problem), fall = pinch_fall_in_step(context);
     int pairs = 0;
-    walk at = {contacts, island, 0, 0};
+    walk at = {contacts, island, 0, 0, NULL};
     for (int next = 0; next < problem->contact_count;) {
         const pinch_contact *pair = &problem->contacts[next];
         double way, force, weight = pressed_by(problem, pair);
@@ -429,7 +434,7 @@ static double pushed_by_all(const pinch_contact_store *contacts, const pinch_pro
                             const pinch_island *island, const pinch_joint_row *row, double per_push)
 {
     double power = 0, most = fabs(row->force) * per_push;
-    walk at = {contacts, island, 0, 0};
+    walk at = {contacts, island, 0, 0, NULL};
     for (int k = 0; k < problem->contact_count;) {
         const pinch_contact *pair = &problem->contacts[k];
         double force = 0, of_pair = 0;
@@ -455,7 +460,7 @@ static double pushed_along(const pinch_contact_store *contacts, const pinch_step
     if (number < 0) return 0;
     int mechanism = pinch_mechanism_of(bodies, island->bodies, number);
     double fastest = 0, per_push = INFINITY, moves = pinch_v3_norm(row->body1 >= 0 ? row->j1 : row->j2);
-    walk at = {contacts, island, 0, 0};
+    walk at = {contacts, island, 0, 0, NULL};
     for (int k = 0; k < problem->contact_count; k++) {
         const pinch_contact *c = &problem->contacts[k];
         double push = press_of(contacts, problem, island, &at, c);
@@ -523,7 +528,7 @@ void pinch_close_push(const pinch_step_context *context, const pinch_problem *pr
 void pinch_find_pushes(const pinch_contact_store *contacts, const pinch_island *island, const pinch_problem *problem,
                        pinch_rising_contact *of)
 {
-    walk at = {contacts, island, 0, 0};
+    walk at = {contacts, island, 0, 0, NULL};
     for (int k = 0; k < problem->contact_count; k++)
         of[k].push = push_of(&problem->contacts[k], next_law(&at), problem->step);
 }
@@ -531,7 +536,7 @@ void pinch_find_pushes(const pinch_contact_store *contacts, const pinch_island *
 void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, const pinch_rise *rise,
                          double pace, double bounce, pinch_problem *problem)
 {
-    walk at = {contacts, island, 0, 0};
+    walk at = {contacts, island, 0, 0, NULL};
     for (int k = 0; k < problem->contact_count; k++) {
         pinch_contact *c = &problem->contacts[k];
         const pinch_own_law *own = next_law(&at);
@@ -544,7 +549,7 @@ void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island
 bool pinch_bounces_fall_short(const pinch_contact_store *contacts, const pinch_island *island,
                               const pinch_problem *problem)
 {
-    walk at = {contacts, island, 0, 0};
+    walk at = {contacts, island, 0, 0, NULL};
     bool any = false;
     for (int k = 0; k < problem->contact_count && contacts->any_bounces; k++) {
         const pinch_contact *c = &problem->contacts[k];
@@ -563,7 +568,7 @@ static const double SHORT_BY = 0.1;
 
 bool pinch_bounce_in_full(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem)
 {
-    walk at = {contacts, island, 0, 0};
+    walk at = {contacts, island, 0, 0, NULL};
     bool any = false;
     for (int k = 0; k < problem->contact_count; k++) {
         pinch_contact *c = &problem->contacts[k];
@@ -588,7 +593,7 @@ double pinch_most_of_partners(const pinch_island *island)
 void pinch_slow_partners(const pinch_contact_store *contacts, const pinch_island *island, double pace,
                          pinch_problem *problem)
 {
-    walk at = {contacts, island, 0, 0};
+    walk at = {contacts, island, 0, 0, NULL};
     for (int k = 0; k < problem->contact_count; k++) {
         pinch_contact *c = &problem->contacts[k];
         if (!is_pushed_by_partner(c, next_law(&at))) continue;
@@ -601,7 +606,7 @@ void pinch_slow_partners(const pinch_contact_store *contacts, const pinch_island
 
 void pinch_let_go(const pinch_contact_store *contacts, const pinch_island *island, pinch_problem *problem)
 {
-    walk at = {contacts, island, 0, 0};
+    walk at = {contacts, island, 0, 0, NULL};
     for (int k = 0; k < problem->contact_count; k++) {
         pinch_contact *c = &problem->contacts[k];
         if (!is_hard(c, next_law(&at))) continue;

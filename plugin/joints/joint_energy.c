@@ -129,11 +129,14 @@ static void sum_gains(void *argument, int first, int end)
 
 double pinch_kinetic_gain(const pinch_step_bodies *bodies, pinch_range range, const pinch_problem *problem, double *lag)
 {
-    gain_task task = {.bodies = bodies, .range = range, .problem = problem};
+    gain_task task; /* whose sums are written before they are read */
+    task.bodies = bodies;
+    task.range = range;
+    task.problem = problem;
     const int most = PINCH_CHUNK * (int)(sizeof task.gain / sizeof *task.gain);
     double gain = 0;
     *lag = 0;
-    for (; task.from < problem->body_count; task.from += most) {
+    for (task.from = 0; task.from < problem->body_count; task.from += most) {
         int left = problem->body_count - task.from, count = left < most ? left : most;
         pinch_loop(problem->crew, count, sum_gains, &task);
         for (int k = 0; k < pinch_chunk_count(count); k++) {
