@@ -15,6 +15,10 @@ static inline void pinch_force_rows_times(int rows, int size, const double *g, c
             w[i] += (g[0] * x[0] + g[2] * x[2] + g[4] * x[4]) + (g[1] * x[1] + g[3] * x[3] + g[5] * x[5]);
         return;
     }
+    if (size == 0) { /* what does not move adds zeros, as others that are at rest do */
+        for (int i = 0; i < rows; i++) w[i] += 0.0;
+        return;
+    }
     for (int i = 0; i < rows; i++) {
         double sum = 0;
         for (int k = 0; k < size; k++) sum += g[i * size + k] * x[k];

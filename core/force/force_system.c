@@ -76,10 +76,10 @@ void pinch_force_elastic(const pinch_force_element *e, double elastic[5])
 }
 
 /* inertia: W of the rows; tangential: the largest of the tangents */
-static inline void set_contact(pinch_force_element *e, double h, double floor, const double *inertia, double tangential)
+static inline void set_contact(pinch_force_element *e, int rows, double h, double floor, const double *inertia,
+                               double tangential)
 {
     const pinch_contact *c = e->contact;
-    int rows = e->rows;
     double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE), *b = pinch_force_values(e, PINCH_FORCE_B);
     double prescribed[PINCH_CONTACT_ROWS_MAX], least[PINCH_CONTACT_ROWS_MAX] = {0}, elastic[5];
     for (int i = 0; i < rows; i++) {
@@ -99,11 +99,11 @@ static inline void set_contact(pinch_force_element *e, double h, double floor, c
 }
 
 /* Adds up the element's rows after `sum`. */
-static inline double add_scale(const pinch_force_element *e, double h, double sum)
+static inline double add_scale(const pinch_force_element *e, int rows, double h, double sum)
 {
     const double *w0 = pinch_force_values(e, PINCH_FORCE_W0), *b = pinch_force_values(e, PINCH_FORCE_B);
     const double *r = pinch_force_values(e, PINCH_FORCE_R), *rho = pinch_force_values(e, PINCH_FORCE_RHO);
-    for (int i = 0; i < e->rows; i++) {
+    for (int i = 0; i < rows; i++) {
         double alone = rho[i] * fabs(w0[i] - b[i]), acts = pinch_larger(fabs(r[i]), i == 0 ? alone : 0);
         sum += h / rho[i] * acts * acts;
     }
@@ -114,7 +114,7 @@ static void sum_scales(void *argument, int first, int end)
 {
     pinch_force_system *s = argument;
     double sum = 0;
-    for (int k = first; k < end; k++) sum = add_scale(&s->elements[k], s->step, sum);
+    for (int k = first; k < end; k++) sum = add_scale(&s->elements[k], s->elements[k].rows, s->step, sum);
     s->partials[first / PINCH_CHUNK].sum = sum;
 }
 
@@ -153,18 +153,20 @@ static double largest_tangential(const pinch_force_element *e, const double *ine
     return 0.5 * (inertia[1] + inertia[2]) + sqrt(half * half + across * across);
 }
 
-static inline double set_element(const pinch_force_system *s, pinch_force_element *e, double floor, double sum)
+/* rows: the element's; the compiler unrolls loops where it is a constant. */
+static inline __attribute__((always_inline)) double set_element(const pinch_force_system *s, pinch_force_element *e,
+                                                                int rows, double floor, double sum)
 {
     double inertia[PINCH_CONTACT_ROWS_MAX], h = s->step;
-    for (int i = 0; i < e->rows; i++) inertia[i] = pinch_blocks_norm2(e->block, i);
-    bool softens = e->contact && e->contact->may_soften && e->rows > 1;
-    if (e->contact) set_contact(e, h, floor, inertia, softens ? largest_tangential(e, inertia) : 0);
-    if (e->rows > 1) inertia[1] = inertia[2] = pinch_larger(inertia[1], inertia[2]);
-    if (e->rows == PINCH_CONTACT_ROWS_MAX) inertia[4] = inertia[5] = pinch_larger(inertia[4], inertia[5]);
+    for (int i = 0; i < rows; i++) inertia[i] = pinch_blocks_norm2(e->block, i);
+    bool softens = e->contact && e->contact->may_soften && rows > 1;
+    if (e->contact) set_contact(e, rows, h, floor, inertia, softens ? largest_tangential(e, inertia) : 0);
+    if (rows > 1) inertia[1] = inertia[2] = pinch_larger(inertia[1], inertia[2]);
+    if (rows == PINCH_CONTACT_ROWS_MAX) inertia[4] = inertia[5] = pinch_larger(inertia[4], inertia[5]);
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
     double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
-    for (int i = 0; i < e->rows; i++) rho[i] = 1 / (compliance[i] + h * inertia[i]);
-    return add_scale(e, h, sum);
+    for (int i = 0; i < rows; i++) rho[i] = 1 / (compliance[i] + h * inertia[i]);
+    return add_scale(e, rows, h, sum);
 }
 
 typedef struct floor_task {
@@ -178,10 +180,10 @@ static void set_floor(void *argument, int first, int end)
     pinch_force_system *s = task->system;
     double sum = 0;
     for (int k = first; k < end; k++)
-        if (s->elements[k].rows == PINCH_FORCE_CONTACT) /* the same, with loops that the compiler unrolls */
-            sum = set_element(s, &s->elements[k], task->floor, sum);
+        if (s->elements[k].rows == PINCH_FORCE_CONTACT) /* as most have */
+            sum = set_element(s, &s->elements[k], PINCH_FORCE_CONTACT, task->floor, sum);
         else
-            sum = set_element(s, &s->elements[k], task->floor, sum);
+            sum = set_element(s, &s->elements[k], s->elements[k].rows, task->floor, sum);
     s->partials[first / PINCH_CHUNK].sum = sum;
 }
 
@@ -246,7 +248,8 @@ static inline void add_impulse(const pinch_force_element *e, double factor, cons
 {
     double impulse[PINCH_CONTACT_ROWS_MAX];
     if (!find_impulse(e, factor, x, impulse)) return;
-    for (int b = 0; b < 2; b++) add_to_block(e, b, impulse, q);
+    for (int b = 0; b < 2; b++)
+        if (e->block[b].size > 0) add_to_block(e, b, impulse, q);
 }
 
 void pinch_force_add_impulse(const pinch_force_element *e, double factor, const double *x, double *q)
@@ -299,18 +302,18 @@ static double evaluate_multipliers(pinch_force_system *s)
  * law's own trial force p - f / (rho C) is f magnified; where it lies beyond the limit of friction and p does not, p's
  * distance from that limit counts.
  */
-static double distance_from_law(const pinch_force_element *e, const double *p, const double *force_off)
+static inline double distance_from_law(const pinch_force_element *e, int rows, const double *p, const double *force_off)
 {
     const double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
     double off = 0, magnified = 0;
     bool compliant = e->contact && !e->contact->may_soften;
-    for (int i = 0; i < e->rows && i < 3; i++) {
+    for (int i = 0; i < rows && i < 3; i++) {
         double f = fabs(force_off[i]), by_law = f / (rho[i] * compliance[i]);
         off = pinch_larger(off, compliant ? by_law : f);
         if (i > 0) magnified = pinch_larger(magnified, 2 * by_law);
     }
-    if (e->rows == 1 || magnified <= off) return off;
+    if (rows == 1 || magnified <= off) return off;
     double reach2 = 0, largest = 0, smallest = INFINITY;
     for (int i = 0; i < 2; i++) {
         double axis = e->law->limit[i] + e->law->friction[i] * p[0];
@@ -391,8 +394,9 @@ static void move_in_contacts(const pinch_force_system *s)
     for (int i = 0; i < waiting; i++) pinch_add_multiple(n, force[i], line[i], w);
 }
 
-/* Adds what the k-th element has to what is found of a chunk. */
-static inline void evaluate_element(const pinch_force_system *s, int k, pinch_force_partial *found)
+/* Adds what the k-th element has to what is found of a chunk. rows: its rows; the compiler unrolls loops where it is a
+ * constant. */
+static inline void evaluate_element(const pinch_force_system *s, int k, int rows, pinch_force_partial *found)
 {
     pinch_force_element *e = &s->elements[k];
     const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);
@@ -403,14 +407,14 @@ static inline void evaluate_element(const pinch_force_system *s, int k, pinch_fo
     else
         trial_of(e, s->q, z);
     (void)pinch_contact_law_project(e->law, rho, z, p, NULL);
-    for (int i = 0; i < e->rows; i++) {
+    for (int i = 0; i < rows; i++) {
         inside = inside && p[i] == z[i];
         f[i] = r[i] - p[i];
         found->sum += s->step / rho[i] * f[i] * f[i];
     }
     e->inside = inside;
-    found->off = pinch_larger(found->off, distance_from_law(e, p, f));
-    for (int i = 0; i < e->rows && i < 3; i++) found->force = pinch_larger(found->force, fabs(p[i]));
+    found->off = pinch_larger(found->off, distance_from_law(e, rows, p, f));
+    for (int i = 0; i < rows && i < 3; i++) found->force = pinch_larger(found->force, fabs(p[i]));
 }
 
 static void evaluate_elements(void *argument, int first, int end)
@@ -418,10 +422,10 @@ static void evaluate_elements(void *argument, int first, int end)
     pinch_force_system *s = argument;
     pinch_force_partial found = {.sum = 0};
     for (int k = first; k < end; k++)
-        if (s->elements[k].rows == PINCH_FORCE_CONTACT) /* the same, with loops that the compiler unrolls */
-            evaluate_element(s, k, &found);
+        if (s->elements[k].rows == PINCH_FORCE_CONTACT) /* as most have */
+            evaluate_element(s, k, PINCH_FORCE_CONTACT, &found);
         else
-            evaluate_element(s, k, &found);
+            evaluate_element(s, k, s->elements[k].rows, &found);
     s->partials[first / PINCH_CHUNK] = found;
 }
 
