@@ -10,6 +10,7 @@
 #include "force/force_system.h"
 
 #include "solvers/methods.h"
+#include "support/extremes.h"
 
 #include <math.h>
 #include <string.h>
@@ -56,7 +57,7 @@ static void find_floors(void *argument, int first, int end)
     held_floor last = {0, 0, 0};
     for (int k = first; k < end; k++) {
         const pinch_contact *c = &task->problem->contacts[k];
-        last.floor = fmax(last.floor, c->floor);
+        last.floor = pinch_larger(c->floor, last.floor);
         last.hold = larger(last.hold, c->hold);
         last.span = larger(last.span, c->hold_span);
     }
@@ -120,11 +121,22 @@ static bool may_soften(const pinch_problem *problem)
 typedef struct descent {
     const pinch_problem *problem;
     const pinch_solver_settings *settings;
-    pinch_force_answer *kept, *center; /* room for one each */
-    double *sinks, *short_of;          /* of each contact at the softer floor: m; m/s */
-    double *row_forces;                /* of each joint row at the softer floor, N or N m */
+    pinch_force_answer *center; /* room for one */
     pinch_step_result *result;
+    double *sinks; /* of each contact at the softer floor, m */
+    /* as soon as a stiffer floor is tried: */
+    pinch_force_answer kept; /* room for one */
+    double *short_of;        /* of each contact at the softer floor, m/s */
+    double *row_forces;      /* of each joint row at the softer floor, N or N m */
 } descent;
+
+/* Makes room for what a try needs. Most answers count at once, and none is made. Returns false when memory ran out. */
+static bool make_room_for_tries(pinch_arena *arena, const pinch_force_system *s, descent *d)
+{
+    d->short_of = PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1);
+    d->row_forces = PINCH_ARENA_ARRAY(arena, double, d->problem->row_count + 1);
+    return pinch_force_make_room(arena, s, &d->kept);
+}
 
 /* Returns by how much (m/s) the compliance of a contact lets its velocity fall short of what it asks for. */
 static double falls_short(const pinch_force_element *e)
@@ -201,19 +213,18 @@ static bool holds_closely(const pinch_force_system *s)
 
 /* Solves for the next stiffer floor where Newton's method has not converged from the forces at this one: once more from
  * them by (75), or in smaller islands with steps with given limits. Returns false when memory ran out. */
-static bool try_again(pinch_arena *arena, pinch_force_system *s, const descent *d, double next,
-                      pinch_solver_result *part)
+static bool try_again(pinch_arena *arena, pinch_force_system *s, descent *d, double next, pinch_solver_result *part)
 {
     static const double EASE = 4; /* of the floor */
     pinch_solver_result *total = &d->result->solve;
     const pinch_solver_settings *settings = d->settings;
     if (pinch_force_may_approach(s)) {
-        pinch_force_keep(s, d->kept, true);
+        pinch_force_keep(s, &d->kept, true);
         return pinch_force_approach(arena, s, settings, (pinch_force_proximal){next, EASE * next, 0, d->center}, total,
                                     part);
     }
     if (!pinch_force_may_give_limits(s, settings, total->iterations)) return true;
-    pinch_force_keep(s, d->kept, true);
+    pinch_force_keep(s, &d->kept, true);
     bool served = pinch_force_tresca(arena, s, settings->max_iterations - total->iterations, &total->iterations);
     if (arena->failed || !served) return !arena->failed;
     return pinch_force_newton_within(arena, s, settings, LATER_LIMIT, total, part);
@@ -226,17 +237,17 @@ static bool try_again(pinch_arena *arena, pinch_force_system *s, const descent *
  * the stiffer one tells that the answer counts: then bodies are jammed, and all that would become stiffer is what they
  * press each other with. Returns false when memory ran out.
  */
-static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent *d, double next, double *floor,
+static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, descent *d, double next, double *floor,
                         bool *converged)
 {
     pinch_solver_result part, *total = &d->result->solve;
     const pinch_solver_settings *settings = d->settings;
     *converged = false;
     if (total->iterations >= settings->max_iterations || s->work > s->budget) return true;
-    pinch_force_keep(s, d->kept, false);
+    pinch_force_keep(s, &d->kept, false);
     for (int k = 0; k < s->contact_count; k++) d->short_of[k] = falls_short(&s->elements[k]);
     for (int j = 0; j < d->problem->row_count; j++) d->row_forces[j] = pinch_force_of_row(s, j);
-    start_stiffer(s, d->kept, *floor, next);
+    start_stiffer(s, &d->kept, *floor, next);
     if (!pinch_force_newton_within(arena, s, settings, LATER_LIMIT, total, &part)) return false;
     if (part.status != PINCH_SOLVE_CONVERGED && !try_again(arena, s, d, next, &part)) return false;
     *converged = part.status == PINCH_SOLVE_CONVERGED && (next >= LOWEST_FLOOR || holds_closely(s));
@@ -253,7 +264,7 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
         *floor = next;
         return true;
     }
-    pinch_force_keep(s, d->kept, true);
+    pinch_force_keep(s, &d->kept, true);
     pinch_force_set_floor(s, *floor);
     (void)pinch_force_evaluate(s);
     return true;
@@ -267,7 +278,7 @@ static bool try_stiffer(pinch_arena *arena, pinch_force_system *s, const descent
  * floor that is near is tried, which tells as well what the floor does. Five tries go down by four levels and more.
  * Without `tries` it only tells whether the answer counts. Returns false when memory ran out.
  */
-static bool stiffen(pinch_arena *arena, pinch_force_system *s, const descent *d, bool tries, double *floor)
+static bool stiffen(pinch_arena *arena, pinch_force_system *s, descent *d, bool tries, double *floor)
 {
     enum { TRIES = 5 };
     static const double FIRST = 2.2, NEAR = 1.25, LARGEST = 5;
@@ -282,6 +293,7 @@ static bool stiffen(pinch_arena *arena, pinch_force_system *s, const descent *d,
         d->result->gave_way = d->result->gave_way || !counts;
         s->answer_counts = counts;
         if (counts || *floor <= least || !tries) return true;
+        if (try == 0 && !make_room_for_tries(arena, s, d)) return false;
         bool converged;
         if (!try_stiffer(arena, s, d, fmax(least, *floor / factor), floor, &converged)) return false;
         if (!converged && factor == NEAR) return true;
@@ -338,8 +350,7 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
     int tries = may_soften(problem) ? LEVELS : 2;
     double last = *floor;
     bool heap = tries > 2 && pinch_force_may_approach(s);
-    pinch_force_answer kept = {0}, center = {0};
-    if (tries > 2 && !pinch_force_make_room(arena, s, &kept)) return false;
+    pinch_force_answer center = {0};
     if (heap && !pinch_force_make_room(arena, s, &center)) return false;
     pinch_solver_result part;
     memset(total, 0, sizeof *total);
@@ -369,14 +380,11 @@ static bool continue_in_compliance(pinch_arena *arena, pinch_force_system *s, co
         }
     }
     if (tries == 2 || total->status != PINCH_SOLVE_CONVERGED) return true;
-    descent down = {problem,
-                    settings,
-                    &kept,
-                    &center,
-                    PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1),
-                    PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1),
-                    PINCH_ARENA_ARRAY(arena, double, problem->row_count + 1),
-                    result};
+    descent down = {.problem = problem,
+                    .settings = settings,
+                    .center = &center,
+                    .result = result,
+                    .sinks = PINCH_ARENA_ARRAY(arena, double, s->contact_count + 1)};
     return !arena->failed && stiffen(arena, s, &down, *floor > last || s->may_stiffen, floor);
 }
 
@@ -450,6 +458,13 @@ static bool go_one_way(pinch_arena *arena, pinch_force_system *s, const pinch_pr
     }
 }
 
+/* Returns how many levels a floor is above the first. */
+static int level_of(double floor)
+{
+    if (floor <= PINCH_FORCE_FIRST_FLOOR) return 0;
+    return (int)fmax(0, ceil(log(floor / PINCH_FORCE_FIRST_FLOOR) / log(LEVEL_FACTOR) - 1e-6));
+}
+
 bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_mobility *mobility,
                        const pinch_solver_settings *settings, pinch_force_way way, pinch_force_system *s,
                        pinch_step_result *result)
@@ -465,7 +480,7 @@ bool pinch_force_solve(pinch_arena *arena, pinch_problem *problem, const pinch_m
     result->over_budget = s->given_up || s->work > s->budget;
     result->work += s->work;
     if (result->solve.status != PINCH_SOLVE_CONVERGED) return true;
-    result->floor_level = (int)fmax(0, ceil(log(floor / PINCH_FORCE_FIRST_FLOOR) / log(LEVEL_FACTOR) - 1e-6));
+    result->floor_level = level_of(floor);
     if (!pinch_force_read_back(arena, problem, s, result, &share)) return false;
     remember_floor(problem, &last, floor, share);
     return true;

@@ -237,15 +237,16 @@ static bool factor_joints(pinch_arena *arena, const pinch_problem *problem, pinc
 bool pinch_mobility_find_structure(pinch_arena *arena, const pinch_problem *problem, pinch_elimination elimination,
                                    pinch_mobility *mobility)
 {
-    int *start, *rows;
+    int *start = NULL, *rows = NULL; /* none where bodies are free */
     mobility->unknowns = 0;
     const pinch_tree_rows others = {mobility->remaining, mobility->remaining_count};
     if (elimination == PINCH_ELIMINATE_INTO_RATES && !pinch_loose_rows_list(arena, problem, others, &mobility->loose))
         return false;
-    if (!group_bodies(arena, problem, mobility) || !group_rows(arena, problem, mobility, &start, &rows)) return false;
+    if (!group_bodies(arena, problem, mobility)) return false;
+    if (problem->row_count > 0 && !group_rows(arena, problem, mobility, &start, &rows)) return false;
     for (int k = 0; k < mobility->cluster_count; k++) {
         pinch_cluster *cluster = &mobility->clusters[k];
-        int row_count = start[k + 1] - start[k];
+        int row_count = start ? start[k + 1] - start[k] : 0;
         if (row_count > 0) {
             row_fate fate;
             pinch_tree_rows own = {rows + start[k], row_count};

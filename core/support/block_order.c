@@ -342,9 +342,22 @@ void pinch_block_order_forget(pinch_block_order_memory *memory)
     memset(memory, 0, sizeof *memory);
 }
 
+/* The order of a single block, as that of a body which nothing else that moves touches. Returns false when memory ran
+ * out. */
+static bool order_one(pinch_arena *arena, double limit, pinch_block_order *o)
+{
+    int *zeros = PINCH_ARENA_ARRAY(arena, int, 4);
+    if (!zeros) return false;
+    memset(zeros, 0, 4 * sizeof *zeros);
+    *o = (pinch_block_order){.order = zeros, .place = zeros, .start = zeros, .later = zeros + 2};
+    o->without_fill = 0 > limit;
+    return true;
+}
+
 bool pinch_block_order_make(pinch_arena *arena, const pinch_block_graph *blocks, double limit,
                             pinch_block_order_memory *memory, pinch_block_order *o)
 {
+    if (blocks->count == 1 && blocks->edge_count == 0) return order_one(arena, limit, o);
     double products;
     int count = blocks->count;
     if (count < LARGE) memory = NULL;
