@@ -44,8 +44,7 @@ pinch_status pinch_check_settings(const pinch_ode_settings *settings)
     if (!(settings->merge_distance > 0 && settings->merge_distance <= 0.5) ||
         !(settings->stale_tilt >= 0 && settings->stale_tilt <= 0.5))
         return PINCH_INVALID_ARGUMENT;
-    if (settings->manifold_points < 1 || settings->manifold_points > PINCH_SHARED_POINTS)
-        return PINCH_INVALID_ARGUMENT;
+    if (settings->manifold_points < 1 || settings->manifold_points > PINCH_SHARED_POINTS) return PINCH_INVALID_ARGUMENT;
     if (settings->scope < PINCH_ODE_ALL_CONTACTS || settings->scope > PINCH_ODE_MATERIAL_CONTACTS ||
         !(settings->tangential_ratio > 0 && settings->tangential_ratio <= 10))
         return PINCH_INVALID_ARGUMENT;
