@@ -247,7 +247,8 @@ static bool is_same(const pinch_contact_store *store, const incoming_contact *c,
 }
 
 /* Writes a contact of the pair into a place of the buffer, with its direction behind the others, for which there is
- * room, and finds out whether it is `before`, the one that the pair had in the last step. NULL: it had no more. */
+ * room, and finds out whether it is `before`, the one that the pair had in the last step. NULL: it had no more. The
+ * place has to say already whose it is: where it has stayed, other threads may read that meanwhile. */
 static void put(pinch_contact_store *store, pinch_pair *pair, const incoming_contact *c, int place,
                 const pinch_buffered_contact *before)
 {
@@ -260,8 +261,6 @@ static void put(pinch_contact_store *store, pinch_pair *pair, const incoming_con
         buffered->point = before->point;
     }
     memcpy(buffered->found, found, sizeof found);
-    int index = (int)(pair - store->pairs.items);
-    if (buffered->pair != index) buffered->pair = index; /* another thread may read it where it stays */
     buffered->swapped = c->swapped;
     buffered->next = -1;
     buffered->surface = c->surface;
@@ -282,6 +281,7 @@ static void append(pinch_contact_store *store, pinch_pair *pair, const incoming_
     int was = pair->expected;
     const pinch_buffered_contact *before =
         c->expected && was == store->expected ? c->expected : contact_before(store, was);
+    store->buffer.items[store->buffer.count].pair = (int)(pair - store->pairs.items);
     put(store, pair, c, store->buffer.count++, before);
     if (before) store->expected = was + 1;
     store->unchanged = store->unchanged && pair->unchanged && !pair->watched;
