@@ -175,10 +175,11 @@ pinch_status pinch_ode_set_material(pinch_ode *p, dGeomID geom, const pinch_mate
 pinch_status pinch_ode_forget_geom(pinch_ode *p, dGeomID geom)
 {
     if (!p || !geom) return PINCH_INVALID_ARGUMENT;
+    pinch_near_forget(&p->detection.near, geom);
     int index = pinch_find_geom(&p->contacts, geom);
     if (index < 0) return PINCH_OK;
     pinch_drop_pairs_of(&p->contacts, index);
-    p->contacts.geoms.items[index].size = -1; /* what comes back may have another shape */
+    pinch_forget_side(&p->contacts, geom, NULL);
     return PINCH_OK;
 }
 

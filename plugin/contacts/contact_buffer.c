@@ -184,7 +184,7 @@ static bool look_up_sides(pinch_contact_store *store, incoming_contact *c)
     c->record[0] = pinch_add_side(store, c->geom[0], c->body[0]);
     c->record[1] = pinch_add_side(store, c->geom[1], c->body[1]);
     if (c->record[0] < 0 || c->record[1] < 0) return false;
-    c->swapped = c->record[1] < c->record[0];
+    c->swapped = store->geoms.items[c->record[1]].number < store->geoms.items[c->record[0]].number;
     c->material = store->geoms.items[c->record[0]].material >= 0 || store->geoms.items[c->record[1]].material >= 0;
     return true;
 }

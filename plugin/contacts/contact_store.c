@@ -98,13 +98,19 @@ int pinch_find_geom(const pinch_contact_store *store, dGeomID geom)
     return pinch_item_index_get(&store->geom_index, geom_keys(store), &key);
 }
 
+static uint64_t key_of_side(dGeomID geom, dBodyID body)
+{
+    return geom ? (uintptr_t)geom : (uintptr_t)body | 1;
+}
+
 int pinch_add_side(pinch_contact_store *store, dGeomID geom, dBodyID body)
 {
-    uint64_t key = geom ? (uintptr_t)geom : (uintptr_t)body | 1;
+    uint64_t key = key_of_side(geom, body);
     int index = pinch_item_index_get(&store->geom_index, geom_keys(store), &key);
     if (index >= 0) {
         /* a body in the same place of memory may be another one now, and its mass may have changed */
         pinch_geom_record *known = &store->geoms.items[index];
+        if (known->number == 0) known->number = ++store->last_number;
         if (!geom)
             known->size = size_of_body(body);
         else if (known->size < 0)
@@ -121,7 +127,18 @@ int pinch_add_side(pinch_contact_store *store, dGeomID geom, dBodyID body)
     record->body = geom ? NULL : body;
     record->size = geom ? size_of_geom(geom) : size_of_body(body);
     record->material = -1;
+    record->number = ++store->last_number;
     return store->geoms.count++;
+}
+
+void pinch_forget_side(pinch_contact_store *store, dGeomID geom, dBodyID body)
+{
+    uint64_t key = key_of_side(geom, body);
+    int index = pinch_item_index_get(&store->geom_index, geom_keys(store), &key);
+    if (index < 0) return;
+    store->geoms.items[index].number = 0;
+    store->geoms.items[index].size = -1; /* what comes back may have another shape */
+    if (index < store->seen_poses.count) store->seen_poses.items[index].step = -1;
 }
 
 /*

@@ -20,10 +20,12 @@
 
 /*
  * One side of contacts: a geom that has been in one or was given a material, or, where contacts come without a geom,
- * a whole body or the world. The index of its record orders the sides of a pair.
+ * a whole body or the world. Its number orders the sides of a pair. What comes at the address of one that is forgotten
+ * has the record, and a new number: the order is not to depend on where memory lies.
  */
 typedef struct pinch_geom_record {
     uint64_t key; /* the geom's address, or the body's, which is even, plus one */
+    long number;  /* > 0, in the order in which they came; 0: forgotten, until it comes again */
     dGeomID geom; /* NULL: not known */
     dBodyID body; /* where the geom is not known; NULL: the world */
     double size;  /* diagonal of its bounding box when first seen, m; infinite for a plane; < 0: not measured yet */
@@ -61,7 +63,7 @@ typedef struct pinch_pose_motion {
     double speed;  /* m/s, >= 0: of both ways, for as many steps more; 0: no pose is set */
 } pinch_pose_motion;
 
-/* A pair of geoms in contact, or of what stands for them. geom[0] has the smaller record index. */
+/* A pair of geoms in contact, or of what stands for them. geom[0] has the smaller number. */
 typedef struct pinch_pair {
     dGeomID id[2]; /* NULL: not known */
     dBodyID body[2];
@@ -121,6 +123,7 @@ typedef struct pinch_contact_joint {
 typedef struct pinch_contact_store {
     PINCH_LIST(pinch_geom_record) geoms;
     pinch_item_index geom_index;
+    long last_number;                       /* of a geom */
     PINCH_LIST(pinch_seen_pose) seen_poses; /* of the geoms, where laws_follow_poses */
     bool laws_follow_poses; /* a contact's law may depend on more of the geoms' poses than its own place */
     PINCH_LIST(pinch_kept_material) materials;
@@ -184,6 +187,8 @@ int pinch_find_geom(const pinch_contact_store *store, dGeomID geom);
 /* Returns the index of a geom's record, or of a body's, or the world's, where the geom is NULL; it is made where there
  * is none. -1 when memory runs out. */
 int pinch_add_side(pinch_contact_store *store, dGeomID geom, dBodyID body);
+/* Forgets a side, which has to be in no pair any more: a geom, or a body where the geom is NULL. The material stays. */
+void pinch_forget_side(pinch_contact_store *store, dGeomID geom, dBodyID body);
 /* Tells whether a geom can have a pose: a plane has none, and a heightfield only where it was made so. */
 bool pinch_geom_has_pose(dGeomID geom);
 /* Returns the pose of a geom, or of a body where the geom is NULL, or the world's where both are. */

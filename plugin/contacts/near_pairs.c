@@ -19,7 +19,7 @@ enum { AHEAD_IN_LIST = 16, LISTED_BYTES = 64, AHEAD_IN_GEOMS = 8, GEOM_BYTES = 1
 
 /* What is kept of a geom. One that is destroyed is known by its address alone until the next call. */
 typedef struct near_geom {
-    dGeomID geom;
+    dGeomID geom; /* NULL: it is forgotten, and goes with the next call */
     dBodyID body;
     unsigned long category, collide;
     pinch_box reach;
@@ -52,6 +52,7 @@ struct pinch_near_space {
     PINCH_LIST(near_box) boxes;  /* of the geoms */
     PINCH_LIST(dGeomID) listed;  /* as ODE listed them the last time, from the end */
     bool in_order;               /* which was the order of the geoms */
+    bool forgot;                 /* some of the geoms are forgotten */
     atomic_int seen;          /* so many of them, from the end, are listed as the last time; all: no more are awaited */
     atomic_bool other;        /* they are not listed as the last time */
     pinch_item_index index;   /* of geoms */
@@ -117,11 +118,26 @@ static near_geom new_geom(dGeomID geom)
 
 static const near_box nowhere = {.box = {{NAN, NAN, NAN}, {NAN, NAN, NAN}}};
 
-/* Keeps the geoms that are still listed, in their order, and appends new ones. Neighbours and tree hold their places,
- * and are made anew by the next search, as every geom has left its reach. */
+/* Keeps the geoms that have left their reaches, in their order. Neighbours and tree hold the places of all, and are
+ * made anew by the next search. */
+static bool keep_those_that_left(pinch_near_space *s)
+{
+    int kept = 0;
+    for (int k = 0; k < s->geoms.count; k++) {
+        if (!s->geoms.items[k].left) continue;
+        s->geoms.items[kept] = s->geoms.items[k];
+        s->boxes.items[kept++] = s->boxes.items[k];
+    }
+    s->geoms.count = s->boxes.count = kept;
+    s->tree.items.count = s->strays.count = 0;
+    s->forgot = false;
+    return pinch_item_index_rebuild(&s->index, keys_of(s), kept);
+}
+
+/* Keeps the geoms that are still listed, and appends new ones. Every geom has left its reach then. */
 static bool list_anew(pinch_near_space *s)
 {
-    int kept = 0, known = s->geoms.count, all = s->listed.count;
+    int known = s->geoms.count, all = s->listed.count;
     for (int k = 0; k < known; k++) s->geoms.items[k].left = s->geoms.items[k].strays = false; /* until it is found */
     if (!PINCH_RESERVE(s->geoms, known + all) || !PINCH_RESERVE(s->boxes, known + all)) return false;
     for (int k = 0; k < all; k++) {
@@ -133,14 +149,7 @@ static bool list_anew(pinch_near_space *s)
             s->boxes.items[s->geoms.count++] = nowhere;
         }
     }
-    for (int k = 0; k < s->geoms.count; k++) {
-        if (!s->geoms.items[k].left) continue;
-        s->geoms.items[kept] = s->geoms.items[k];
-        s->boxes.items[kept++] = s->boxes.items[k];
-    }
-    s->geoms.count = s->boxes.count = kept;
-    s->tree.items.count = s->strays.count = 0;
-    return pinch_item_index_rebuild(&s->index, keys_of(s), kept);
+    return keep_those_that_left(s);
 }
 
 /* Tells whether all that is listed is known, and nothing else is. */
@@ -175,7 +184,7 @@ static bool begin_list(pinch_near_space *s)
 {
     int count = dSpaceGetNumGeoms(s->space);
     if (!PINCH_RESERVE(s->listed, count)) return false;
-    atomic_store(&s->other, count != s->listed.count);
+    atomic_store(&s->other, s->forgot || count != s->listed.count);
     atomic_store(&s->seen, 0);
     s->listed.count = count;
     return true;
@@ -189,6 +198,47 @@ static bool end_list(pinch_near_space *s)
     s->in_order = true;
     for (int k = 0; k < s->geoms.count && s->in_order; k++) s->in_order = s->geoms.items[k].geom == s->listed.items[k];
     return true;
+}
+
+static void drop_forgotten(pinch_near_space *s)
+{
+    if (!s->forgot) return;
+    for (int k = 0; k < s->geoms.count; k++) {
+        s->geoms.items[k].left = s->geoms.items[k].geom != NULL;
+        s->geoms.items[k].strays = false;
+    }
+    (void)keep_those_that_left(s); /* the index has held as many */
+    s->listed.count = 0;
+}
+
+void pinch_near_drop_forgotten(pinch_near_pairs *near)
+{
+    for (int k = 0; k < near->spaces.count; k++) drop_forgotten(near->spaces.items[k]);
+}
+
+/* A forgotten geom stays where the index has put it, under a key that nobody looks for: to index all others anew for
+ * each would take the square of their number. */
+static void forget_in(pinch_near_space *s, dGeomID geom)
+{
+    int place = pinch_item_index_get(&s->index, keys_of(s), &geom);
+    if (place < 0) return;
+    s->geoms.items[place].geom = s->boxes.items[place].geom = NULL;
+    s->forgot = true;
+}
+
+void pinch_near_forget(pinch_near_pairs *near, dGeomID geom)
+{
+    int kept = 0;
+    for (int k = 0; k < near->spaces.count; k++) {
+        pinch_near_space *s = near->spaces.items[k];
+        if ((dGeomID)s->space == geom) {
+            free_space(s);
+            continue;
+        }
+        forget_in(s, geom);
+        near->spaces.items[kept++] = s;
+    }
+    near->spaces.count = kept;
 }
 
 int pinch_near_count(const pinch_near_pairs *near, int space)
@@ -537,7 +587,7 @@ bool pinch_find_neighbours(pinch_near_pairs *near, pinch_workers *workers, dSpac
     pinch_near_space *s = space_of(near, space);
     bool done = s && find_neighbours(near, workers, s);
     if (s && !done)
-        s->listed.count = s->geoms.count = 0, pinch_item_index_clear(&s->index); /* which may be half done */
+        s->forgot = false, s->listed.count = s->geoms.count = 0, pinch_item_index_clear(&s->index); /* half done */
     if (!done) return false;
     near->with_spaces = atomic_load(&s->has_spaces);
     *found = s;

@@ -51,8 +51,12 @@ bool pinch_find_neighbours(pinch_near_pairs *near, pinch_workers *workers, dSpac
  */
 bool pinch_near_pairs_from(const pinch_near_space *space, int first, int end, pinch_near_pair_list *to);
 
-/* What a snapshot keeps: the geoms of the k-th space in their order. */
+/* Forgets a geom, or a space: what ODE puts in the same place of memory is a new one, and comes last. */
+void pinch_near_forget(pinch_near_pairs *near, dGeomID geom);
+
+/* What a snapshot keeps, of what is not forgotten: the geoms of the k-th space in their order. */
 enum { PINCH_NEAR_MOST_SPACES = 8 };
+void pinch_near_drop_forgotten(pinch_near_pairs *near); /* to be called before the others */
 int pinch_near_count(const pinch_near_pairs *near, int space);
 /* It may have been destroyed. */
 dGeomID pinch_near_geom(const pinch_near_pairs *near, int space, int place);

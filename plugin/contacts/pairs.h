@@ -5,7 +5,7 @@
 #include "contacts/contact_store.h"
 #include "util/workers.h"
 
-/* Returns the index of the pair of two geom records, geom0 < geom1, and adds it where it is new; -1 when memory runs
+/* Returns the index of the pair of two geom records, the older one first, and adds it where it is new; -1 when memory runs
  * out. */
 int pinch_pair_between(pinch_contact_store *store, int geom0, int geom1);
 /* Ends the contact history of a pair, or of all pairs of a geom, which are forgotten. */

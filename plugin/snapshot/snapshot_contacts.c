@@ -7,21 +7,24 @@
 #include <string.h>
 
 /* Bytes that an archive has at least for one of each. */
-enum { GEOM_BYTES = 21, MATERIAL_BYTES = 4, PAIR_BYTES = 40, SURFACE_BYTES = 100, POSE_BYTES = 8 };
+enum { GEOM_BYTES = 29, MATERIAL_BYTES = 4, PAIR_BYTES = 40, SURFACE_BYTES = 100, POSE_BYTES = 8 };
 
 /* ---- geoms and materials ---- */
 
-static void archive_geom_record(pinch_archive *a, pinch_geom_record *g, int materials)
+static void archive_geom_record(pinch_archive *a, pinch_geom_record *g, const pinch_contact_store *store)
 {
+    int materials = store->materials.count;
     bool world = g->key == 1;
     pinch_archive_flag(a, &world);
     pinch_archive_old_geom(a, &g->geom);
     pinch_archive_old_body(a, &g->body);
+    PINCH_ARCHIVE(a, g->number);
     PINCH_ARCHIVE(a, g->size);
     pinch_archive_place(a, &g->material, materials, true);
     if (!a->reading) return;
     g->key = g->geom ? (uintptr_t)g->geom : (uintptr_t)g->body | 1;
-    if (world != (g->key == 1)) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
+    if (world != (g->key == 1) || g->number < 0 || g->number > store->last_number)
+        pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
 }
 
 /* A place that is free has no material. */
@@ -43,11 +46,13 @@ static void archive_material(pinch_archive *a, pinch_kept_material *kept)
 
 static void archive_geoms(pinch_archive *a, pinch_contact_store *store)
 {
+    PINCH_ARCHIVE(a, store->last_number);
+    if (store->last_number < 0 || store->last_number > LONG_MAX / 2) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
     PINCH_ARCHIVE_LIST(a, store->materials, MATERIAL_BYTES);
     for (int i = 0; i < store->materials.count; i++) archive_material(a, &store->materials.items[i]);
     pinch_archive_count(a, &store->free_material, 1, store->materials.count);
     PINCH_ARCHIVE_LIST(a, store->geoms, GEOM_BYTES);
-    for (int i = 0; i < store->geoms.count; i++) archive_geom_record(a, &store->geoms.items[i], store->materials.count);
+    for (int i = 0; i < store->geoms.count; i++) archive_geom_record(a, &store->geoms.items[i], store);
     pinch_archive_index(a, &store->geom_index, PINCH_ITEM_KEYS(store->geoms, pinch_geom_record, key),
                         store->geoms.count);
     PINCH_ARCHIVE_LIST(a, store->seen_poses, POSE_BYTES);
@@ -163,7 +168,8 @@ static void check_pair(pinch_archive *a, const pinch_contact_store *store, const
     const pinch_pose_motion *posed = &pair->posed;
     bool past =
         posed->seen_step >= 0 && posed->seen_step <= number && posed->way_step >= 0 && posed->way_step <= number;
-    bool same = pair->geom[0] < pair->geom[1] && pair->last_step < number && past;
+    const long side_number[2] = {store->geoms.items[pair->geom[0]].number, store->geoms.items[pair->geom[1]].number};
+    bool same = side_number[0] > 0 && side_number[0] < side_number[1] && pair->last_step < number && past;
     for (int side = 0; side < 2 && same; side++) {
         const pinch_geom_record *record = &store->geoms.items[pair->geom[side]];
         same = pair->id[side] == record->geom && (record->geom || pair->body[side] == record->body);

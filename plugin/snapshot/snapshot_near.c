@@ -64,6 +64,7 @@ static void archive_near_space(pinch_archive *a, pinch_near_pairs *near, int num
 void pinch_archive_near(pinch_archive *a, pinch_near_pairs *near)
 {
     enum { LEAST = 4 /* bytes of a space */ };
+    if (!a->reading) pinch_near_drop_forgotten(near);
     int count = near->spaces.count;
     pinch_archive_count(a, &count, LEAST, PINCH_NEAR_MOST_SPACES);
     for (int k = 0; k < count && a->status == PINCH_OK; k++) archive_near_space(a, near, k);

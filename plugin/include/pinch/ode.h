@@ -477,7 +477,7 @@ PINCH_API pinch_status pinch_ode_coupling_state(const pinch_ode *plugin, int cou
 
 /* Ends the contact history of a geom: call it before a geom is destroyed, re-shaped or moved by hand to another place.
  * The material stays; for a geom that is destroyed take it away first (pinch_ode_set_material with NULL), or the next
- * geom that ODE puts in the same place of memory has it. */
+ * geom that ODE puts in the same place of memory has it. A space that is destroyed is a geom, too. */
 PINCH_API pinch_status pinch_ode_forget_geom(pinch_ode *plugin, dGeomID geom);
 
 /*
