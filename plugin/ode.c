@@ -183,6 +183,26 @@ pinch_status pinch_ode_forget_geom(pinch_ode *p, dGeomID geom)
     return PINCH_OK;
 }
 
+pinch_status pinch_ode_forget_body(pinch_ode *p, dBodyID body)
+{
+    if (!p || !body || p->solved) return PINCH_INVALID_ARGUMENT;
+    pinch_drop_pairs_of_body(&p->contacts, body);
+    pinch_forget_side(&p->contacts, NULL, body);
+    pinch_island_graph_forget(&p->graph, body);
+    pinch_joint_store_forget_body(&p->joints, body);
+    p->contacts.same_bodies =
+        false; /* islands are built anew: they are compared by the addresses of bodies and joints */
+    return PINCH_OK;
+}
+
+pinch_status pinch_ode_forget_joint(pinch_ode *p, dJointID joint)
+{
+    if (!p || !joint || p->solved) return PINCH_INVALID_ARGUMENT;
+    pinch_joint_store_forget_joint(&p->joints, joint);
+    p->contacts.same_bodies = false;
+    return PINCH_OK;
+}
+
 pinch_status pinch_ode_set_drive(pinch_ode *p, dBodyID body, const double axis[3], double force)
 {
     bool changed;

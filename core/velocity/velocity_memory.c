@@ -112,6 +112,7 @@ pinch_status pinch_step_memory_write(pinch_step_memory *m, const pinch_step_fact
 {
     if (!m || !f || !legal(f)) return PINCH_INVALID_ARGUMENT;
     m->unknowns = m->element_count = 0;
+    m->tag = 0;
     if (f->unknowns == 0) return PINCH_OK;
     if (!make_room(m, f->unknowns, f->element_count)) return PINCH_OUT_OF_MEMORY;
     size_t all = (size_t)f->unknowns * (size_t)f->unknowns;

@@ -60,19 +60,33 @@ static void tell_pair(pinch_contact_store *store, const pinch_pair *pair, int pl
     for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) store->buffer.items[b].pair = place;
 }
 
-/* Drops the pairs of a geom (geom >= 0), or those that were not handed over for step `now`. Returns whether there were
- * any. */
-static bool drop_pairs(pinch_contact_store *store, int geom, long now)
+/* Which pairs go: those of a geom (>= 0), or of a body, or, where both are none, those that were not handed over for
+ * step `now`. */
+typedef struct leaving_pairs {
+    int geom;
+    dBodyID body;
+    long now;
+} leaving_pairs;
+
+static bool goes(const pinch_pair *pair, const leaving_pairs *which)
+{
+    if (which->body) return pair->body[0] == which->body || pair->body[1] == which->body;
+    if (which->geom >= 0) return pair->geom[0] == which->geom || pair->geom[1] == which->geom;
+    return pair->last_step != which->now;
+}
+
+/* Returns whether there were any. */
+static bool drop_pairs(pinch_contact_store *store, const leaving_pairs *which)
 {
     int kept = 0;
+    bool in_step = which->geom < 0 && !which->body;
     for (int i = 0; i < store->pairs.count; i++) {
         pinch_pair *pair = &store->pairs.items[i];
-        bool goes = geom >= 0 ? pair->geom[0] == geom || pair->geom[1] == geom : pair->last_step != now;
-        if (goes) {
+        if (goes(pair, which)) {
             pinch_clear_pair(store, pair);
             continue;
         }
-        if (kept != i && geom < 0) tell_pair(store, pair, kept);
+        if (kept != i && in_step) tell_pair(store, pair, kept);
         if (kept != i) store->pairs.items[kept] = *pair;
         kept++;
     }
@@ -84,7 +98,12 @@ static bool drop_pairs(pinch_contact_store *store, int geom, long now)
 
 void pinch_drop_pairs_of(pinch_contact_store *store, int geom)
 {
-    if (drop_pairs(store, geom, 0)) pinch_invalidate_step_cache(store);
+    if (drop_pairs(store, &(leaving_pairs){.geom = geom})) pinch_invalidate_step_cache(store);
+}
+
+void pinch_drop_pairs_of_body(pinch_contact_store *store, dBodyID body)
+{
+    if (drop_pairs(store, &(leaving_pairs){.geom = -1, .body = body})) pinch_invalidate_step_cache(store);
 }
 
 /* Stores the points in a block of their own size. Returns false when memory runs out. */
@@ -407,7 +426,8 @@ bool pinch_pairs_update(pinch_contact_store *store, const pinch_step_context *co
     store->unchanged = store->unchanged && store->buffer.count == store->buffered_before;
     store->same_points = store->unchanged;
     if (store->unchanged) return true;
-    if (!store->all_pairs_came && drop_pairs(store, -1, context->number)) store->same_bodies = false;
+    if (!store->all_pairs_came && drop_pairs(store, &(leaving_pairs){.geom = -1, .now = context->number}))
+        store->same_bodies = false;
     store->buffered_before = store->same_places ? store->buffer.count : -1;
     store->directions_before = store->same_places ? store->directions.count : -1;
     update_task task = {store, &context->settings, workers != NULL, false, false};

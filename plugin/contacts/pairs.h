@@ -5,12 +5,13 @@
 #include "contacts/contact_store.h"
 #include "util/workers.h"
 
-/* Returns the index of the pair of two geom records, the older one first, and adds it where it is new; -1 when memory runs
- * out. */
+/* Returns the index of the pair of two geom records, the older one first, and adds it where it is new; -1 when memory
+ * runs out. */
 int pinch_pair_between(pinch_contact_store *store, int geom0, int geom1);
-/* Ends the contact history of a pair, or of all pairs of a geom, which are forgotten. */
+/* Ends the contact history of a pair, or of all pairs of a geom, or of a body, which are forgotten. */
 void pinch_clear_pair(pinch_contact_store *store, pinch_pair *pair);
 void pinch_drop_pairs_of(pinch_contact_store *store, int geom);
+void pinch_drop_pairs_of_body(pinch_contact_store *store, dBodyID body);
 
 /*
  * Drops the pairs that were not handed over for this step, and brings the manifolds of the others up to date. The

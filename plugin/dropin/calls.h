@@ -105,6 +105,7 @@
     VALUE(int, world_step, dWorldStep, (dWorldID world, dReal h), (world, h))                                          \
     VALUE(int, world_quick_step, dWorldQuickStep, (dWorldID world, dReal h), (world, h))                               \
     VOID(world_destroy, dWorldDestroy, (dWorldID world), (world))                                                      \
+    VOID(body_destroy, dBodyDestroy, (dBodyID body), (body))                                                           \
     VOID(geom_destroy, dGeomDestroy, (dGeomID geom), (geom))                                                           \
     VOID(space_destroy, dSpaceDestroy, (dSpaceID space), (space))                                                      \
     VOID(space_clean, dSpaceClean, (dSpaceID space), (space))                                                          \

@@ -77,7 +77,7 @@ void pinch_layer_world_destroy(dWorldID world)
     pinch_layer_own()->ode_world_destroy(world);
 }
 
-void pinch_layer_forget_geom(pinch_live_world *live, dGeomID geom)
+static void forget_geom_in(pinch_live_world *live, dGeomID geom)
 {
     for (int i = 0; i < live->materials.count; i++) { /* first: the geom may be gone, and its size is still known */
         if (live->materials.items[i].geom != geom) continue;
@@ -89,12 +89,29 @@ void pinch_layer_forget_geom(pinch_live_world *live, dGeomID geom)
     if (live->plugin) (void)pinch_ode_forget_geom(live->plugin, geom);
 }
 
-static void forget_later(pinch_live_world *live, dGeomID geom)
+void pinch_layer_forget(pinch_live_world *live, const pinch_layer_gone *gone)
 {
-    if (PINCH_RESERVE(live->waiting, live->waiting.count + 1))
-        live->waiting.items[live->waiting.count++] = geom;
+    if (gone->geom) forget_geom_in(live, gone->geom);
+    if (gone->body && live->plugin) (void)pinch_ode_forget_body(live->plugin, gone->body);
+    if (gone->body && !live->plugin) pinch_joint_poses_forget_body(&live->joint_poses, gone->body);
+    if (gone->joint && live->plugin) (void)pinch_ode_forget_joint(live->plugin, gone->joint);
+    if (gone->joint && !live->plugin) pinch_joint_poses_forget_joint(&live->joint_poses, gone->joint);
+}
+
+/* At once, or when the step that is under way is done. */
+static void forget(pinch_live_world *live, const pinch_layer_gone *gone)
+{
+    if (!live->busy)
+        pinch_layer_forget(live, gone);
+    else if (PINCH_RESERVE(live->waiting, live->waiting.count + 1))
+        live->waiting.items[live->waiting.count++] = *gone;
     else
         live->waiting_lost = true;
+}
+
+void pinch_layer_joint_gone(pinch_live_world *live, dJointID joint)
+{
+    forget(live, &(pinch_layer_gone){.joint = joint});
 }
 
 static void forget_geom(pinch_registry *registry, dGeomID geom)
@@ -102,10 +119,7 @@ static void forget_geom(pinch_registry *registry, dGeomID geom)
     pinch_registry_drop_geom(registry, geom);
     for (pinch_live_world *live = registry->worlds; live; live = live->next) {
         pinch_registry_forget_geom(live, geom);
-        if (live->busy)
-            forget_later(live, geom);
-        else
-            pinch_layer_forget_geom(live, geom);
+        forget(live, &(pinch_layer_gone){.geom = geom});
     }
 }
 
@@ -137,6 +151,16 @@ static dGeomID note_geom(dGeomID geom)
         return note_geom(pinch_layer_own()->ode_##name arguments);                                                     \
     }
 PINCH_DROPIN_GEOM_CALLS(CREATE_GEOM)
+
+void pinch_layer_body_destroy(dBodyID body)
+{
+    dWorldID world = dBodyGetWorld(body);
+    pinch_layer_state *state = pinch_layer_lock();
+    pinch_live_world *live = pinch_registry_find_world(&state->registry, world);
+    if (live) forget(live, &(pinch_layer_gone){.body = body});
+    pinch_layer_unlock();
+    pinch_layer_own()->ode_body_destroy(body);
+}
 
 void pinch_layer_geom_destroy(dGeomID geom)
 {

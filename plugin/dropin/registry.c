@@ -106,6 +106,7 @@ static void drop(pinch_registry *r, pinch_live_joint *joint)
     *(joint->previous ? &joint->previous->next : &list->first) = joint->next;
     *(joint->next ? &joint->next->previous : &list->last) = joint->previous;
     if (--list->count == 0 && list == &world->contacts) pinch_key_map_clear(&world->gone);
+    if (r->joint_gone && list == &world->others) r->joint_gone(world, joint->joint);
     if (group) {
         *(joint->group_previous ? &joint->group_previous->group_next : &group->first) = joint->group_next;
         *(joint->group_next ? &joint->group_next->group_previous : &group->last) = joint->group_previous;

@@ -38,6 +38,13 @@ typedef struct pinch_layer_material {
     pinch_material material;
 } pinch_layer_material;
 
+/* What was destroyed: one of these. */
+typedef struct pinch_layer_gone {
+    dGeomID geom;
+    dBodyID body;
+    dJointID joint;
+} pinch_layer_gone;
+
 struct pinch_live_world {
     dWorldID id;
     pinch_live_world *next, *previous;
@@ -49,14 +56,14 @@ struct pinch_live_world {
 
     pinch_joint_poses joint_poses;
 
-    pinch_ode *plugin;           /* NULL: no contact yet */
-    bool busy;                   /* a step is under way: the plugin is that thread's */
-    PINCH_LIST(dGeomID) waiting; /* geoms destroyed meanwhile, for the plugin to forget */
-    bool waiting_lost;           /* memory ran out for the list: the plugin starts afresh */
-    bool asleep;                 /* all that touches or has joints was disabled when it was last stepped */
-    bool to_reset;               /* the statistics were reset meanwhile, those of the plugin will be */
-    bool moved_callbacks;        /* a body of it has had one: ODE moves all of them, and calls them */
-    bool told;                   /* that something in it was left to ODE for a while */
+    pinch_ode *plugin;                    /* NULL: no contact yet */
+    bool busy;                            /* a step is under way: the plugin is that thread's */
+    PINCH_LIST(pinch_layer_gone) waiting; /* destroyed meanwhile, for the plugin to forget */
+    bool waiting_lost;                    /* memory ran out for the list: the plugin starts afresh */
+    bool asleep;                          /* all that touches or has joints was disabled when it was last stepped */
+    bool to_reset;                        /* the statistics were reset meanwhile, those of the plugin will be */
+    bool moved_callbacks;                 /* a body of it has had one: ODE moves all of them, and calls them */
+    bool told;                            /* that something in it was left to ODE for a while */
     PINCH_LIST(pinch_layer_material) materials;
 
     pinch_dropin_stats stats; /* .ode: of plugins that are gone */
@@ -70,8 +77,9 @@ typedef struct pinch_registry {
     dGeomID last_geom;            /* found there last; NULL: none */
     pinch_live_world *last_world; /* looked up last */
     pinch_live_group *last_group;
-    pinch_block_pool joints;  /* where the joints are; kept for good */
-    pinch_dropin_stats ended; /* of destroyed worlds */
+    void (*joint_gone)(pinch_live_world *world, dJointID joint); /* NULL: nobody asks; not for contact joints */
+    pinch_block_pool joints;                                     /* where the joints are; kept for good */
+    pinch_dropin_stats ended;                                    /* of destroyed worlds */
 } pinch_registry;
 
 /* Returns NULL where the world is not known. */

@@ -31,6 +31,7 @@ static void after_fork(void)
 static void start(void)
 {
     state.settings = pinch_ode_default_settings();
+    state.registry.joint_gone = pinch_layer_joint_gone;
     (void)pthread_atfork(before_fork, after_fork, after_fork);
 }
 

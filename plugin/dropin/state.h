@@ -47,7 +47,9 @@ bool pinch_layer_have_plugin(pinch_live_world *live, const pinch_ode_settings *s
 void pinch_layer_release(pinch_live_world *live, const pinch_dropin_stats *done);
 /* lives.c: notes a joint that is no contact joint, and returns it. */
 dJointID pinch_layer_note_joint(dWorldID world, dJointGroupID group, dJointID joint);
-/* lives.c: forgets a geom of a world that is not busy. To be called under the lock. */
-void pinch_layer_forget_geom(pinch_live_world *live, dGeomID geom);
+/* lives.c: forgets something in a world that is not busy. To be called under the lock. */
+void pinch_layer_forget(pinch_live_world *live, const pinch_layer_gone *gone);
+/* lives.c: a joint that is no contact joint is destroyed. To be called under the lock. */
+void pinch_layer_joint_gone(pinch_live_world *live, dJointID joint);
 
 #endif

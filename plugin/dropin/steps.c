@@ -200,7 +200,7 @@ void pinch_layer_release(pinch_live_world *live, const pinch_dropin_stats *done)
 {
     void (*backed_off)(long step) = pinch_layer_own()->backed_off;
     (void)pinch_layer_lock();
-    while (live->waiting.count > 0) pinch_layer_forget_geom(live, live->waiting.items[--live->waiting.count]);
+    while (live->waiting.count > 0) pinch_layer_forget(live, &live->waiting.items[--live->waiting.count]);
     if (live->to_reset && live->plugin) pinch_ode_reset_statistics(live->plugin);
     live->to_reset = false;
     if (done) pinch_layer_add_stats(&live->stats, done);

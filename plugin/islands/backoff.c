@@ -43,6 +43,14 @@ static pinch_backed_off *find(const pinch_backoff *b, dBodyID body)
     return place < 0 ? NULL : &b->items[place];
 }
 
+void pinch_backoff_forget(pinch_backoff *b, dBodyID body)
+{
+    int place = pinch_item_index_get(&b->index, keys_of(b), &body);
+    if (place < 0) return;
+    b->items[place] = b->items[--b->count];                          /* their order says nothing */
+    (void)pinch_item_index_rebuild(&b->index, keys_of(b), b->count); /* it has held as many before */
+}
+
 static int size_of(const pinch_island *island)
 {
     return island->contacts.count + island->joints.range.count;

@@ -89,6 +89,14 @@ static pinch_joint_account *find(const pinch_joint_accounts *a, dBodyID body, in
     return &a->items[place];
 }
 
+void pinch_accounts_forget(pinch_joint_accounts *a, dBodyID body)
+{
+    int place = pinch_item_index_get(&a->index, keys_of(a), &body);
+    if (place < 0) return;
+    a->items[place] = a->items[--a->count];                          /* their order says nothing */
+    (void)pinch_item_index_rebuild(&a->index, keys_of(a), a->count); /* it has held as many before */
+}
+
 /* Returns the energy (J) that a fall of one step gives to the island's bodies. */
 static double energy_of_fall(const pinch_step_context *context, const pinch_problem *problem)
 {

@@ -38,6 +38,34 @@ size_t pinch_island_graph_bytes(const pinch_island_graph *graph)
     return bytes;
 }
 
+static void forget_handed(pinch_island_graph *graph, dBodyID body)
+{
+    int kept = 0;
+    for (int k = 0; k < graph->handed.count; k++)
+        if (graph->handed.items[k] != body) graph->handed.items[kept++] = graph->handed.items[k];
+    graph->handed.count = kept;
+}
+
+/* A memory is tagged with its island's first body. */
+static void forget_memories(pinch_island_graph *graph, dBodyID body)
+{
+    static const pinch_step_factors none;
+    for (int k = 0; k < graph->memories.count; k++)
+        if (pinch_step_memory_read(graph->memories.items[k]).tag == (uint64_t)(uintptr_t)body)
+            (void)pinch_step_memory_write(graph->memories.items[k], &none); /* takes no memory */
+}
+
+void pinch_island_graph_forget(pinch_island_graph *graph, dBodyID body)
+{
+    bool driven;
+    forget_handed(graph, body);
+    forget_memories(graph, body);
+    pinch_backoff_forget(&graph->backoff, body);
+    pinch_accounts_forget(&graph->accounts, body);
+    pinch_sleep_forget(&graph->sleep, body);
+    (void)pinch_drives_set(&graph->bodies.drives, body, NULL, 0, &driven);
+}
+
 /* Collects the bodies of all pairs, and joins those that touch. Returns false when memory runs out. */
 static bool collect_bodies(pinch_step_bodies *bodies, pinch_contact_store *contacts)
 {

@@ -240,6 +240,13 @@ void pinch_put_to_sleep(pinch_island_graph *graph);
 void pinch_hold_sleep_of_ode(pinch_island_graph *graph);
 void pinch_release_sleep_of_ode(pinch_island_graph *graph);
 
+/* Each forgets a body: what ODE puts in the same place of memory is another one. */
+void pinch_backoff_forget(pinch_backoff *backoff, dBodyID body);
+void pinch_accounts_forget(pinch_joint_accounts *accounts, dBodyID body);
+void pinch_sleep_forget(pinch_sleep *sleep, dBodyID body);
+/* island_builder.c: all of it, drives and memories included. */
+void pinch_island_graph_forget(pinch_island_graph *graph, dBodyID body);
+
 void pinch_island_graph_free(pinch_island_graph *graph);
 size_t pinch_island_graph_bytes(const pinch_island_graph *graph);
 

@@ -54,6 +54,14 @@ static pinch_idle_body *find(const pinch_sleep *s, dBodyID body, int *next)
     return place < 0 ? NULL : &s->items[place];
 }
 
+void pinch_sleep_forget(pinch_sleep *s, dBodyID body)
+{
+    int place = pinch_item_index_get(&s->index, keys_of(s), &body);
+    if (place < 0) return;
+    s->items[place] = s->items[--s->count];                          /* their order says nothing */
+    (void)pinch_item_index_rebuild(&s->index, keys_of(s), s->count); /* it has held as many before */
+}
+
 static void drop_unseen(pinch_sleep *s, long now)
 {
     int kept = 0;

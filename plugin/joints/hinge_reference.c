@@ -179,6 +179,26 @@ const double *pinch_hinge_reference_axis(pinch_hinge_references *references, int
     return axis2;
 }
 
+/* It begins anew when it is asked for, as no hinge is of no body. */
+static void forget(pinch_hinge_reference *r)
+{
+    *r = (pinch_hinge_reference){.joint = r->joint, .seen = r->seen};
+}
+
+void pinch_hinge_references_forget_body(pinch_hinge_references *references, dBodyID body)
+{
+    for (int k = 0; k < references->count; k++) {
+        pinch_hinge_reference *r = &references->items[k];
+        if (r->body[0] == body || r->body[1] == body) forget(r);
+    }
+}
+
+void pinch_hinge_references_forget_joint(pinch_hinge_references *references, dJointID joint)
+{
+    int index = pinch_item_index_get(&references->index, keys_of(references), &joint);
+    if (index >= 0) forget(&references->items[index]);
+}
+
 bool pinch_sweep_hinge_references(pinch_hinge_references *references, long step)
 {
     if (step % KEPT_STEPS != 0 || references->count == 0) return true;

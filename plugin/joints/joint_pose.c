@@ -194,6 +194,22 @@ void pinch_joint_pose_forget(pinch_joint_poses *poses, dJointID joint, unsigned 
     if (index >= 0) poses->items[index].known &= ~things;
 }
 
+void pinch_joint_poses_forget_body(pinch_joint_poses *poses, dBodyID body)
+{
+    for (int k = 0; k < poses->count; k++) {
+        pinch_joint_pose *pose = &poses->items[k];
+        if (stays_with_joint(pose->type) || (pose->body[0] != body && pose->body[1] != body)) continue;
+        pose->known = 0;
+        pose->body[0] = pose->body[1] = NULL; /* a joint that ties something has a first body */
+    }
+}
+
+void pinch_joint_poses_forget_joint(pinch_joint_poses *poses, dJointID joint)
+{
+    int index = find(poses, joint);
+    if (index >= 0) poses->items[index] = (pinch_joint_pose){.joint = joint};
+}
+
 bool pinch_joint_is_new(pinch_joint_poses *poses, dJointID joint, dJointType type, double cfm)
 {
     pinch_joint_pose *record = record_of(poses, joint);
@@ -233,7 +249,8 @@ bool pinch_note_plane_motor(pinch_joint_poses *poses, dJointID joint, int motor,
 
 bool pinch_joint_is_noted(const pinch_joint_poses *poses, dJointID joint)
 {
-    return find(poses, joint) >= 0;
+    int index = find(poses, joint);
+    return index >= 0 && poses->items[index].type != dJointTypeNone;
 }
 
 pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJointID joint, const dBodyID body[2], int *hint)

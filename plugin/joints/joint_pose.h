@@ -72,6 +72,10 @@ bool pinch_joint_pose_keep(pinch_joint_poses *poses, const pinch_joint_pose *pos
 /* Takes `things` back, bits as above. */
 void pinch_joint_pose_forget(pinch_joint_poses *poses, dJointID joint, unsigned things);
 
+/* Takes back what was noted between a body and others, or of a joint. */
+void pinch_joint_poses_forget_body(pinch_joint_poses *poses, dBodyID body);
+void pinch_joint_poses_forget_joint(pinch_joint_poses *poses, dJointID joint);
+
 /* A plane joint has been made: it has no motors yet, and they have the world's CFM, as it is now. A linear motor has
  * been made: it has no axes yet. Returns false when memory runs out, and then the joint stays unknown. */
 bool pinch_joint_is_new(pinch_joint_poses *poses, dJointID joint, dJointType type, double cfm);

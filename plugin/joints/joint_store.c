@@ -280,3 +280,20 @@ void pinch_update_kinematic_hinges(pinch_joint_store *store, long step)
         store->no_kinematic_hinges = false;
     }
 }
+
+/* ---- what is gone ---- */
+
+void pinch_joint_store_forget_joint(pinch_joint_store *store, dJointID joint)
+{
+    int hint = 0, index = pinch_step_joint_of(store, joint, &hint);
+    if (index >= 0) store->items[index].forces.count = 0;
+    for (int axis = 0; axis < PINCH_JOINT_AXES; axis++) (void)pinch_servo_set(&store->servos, joint, axis, NULL);
+    pinch_hinge_references_forget_joint(&store->references, joint);
+    pinch_joint_poses_forget_joint(store->poses, joint);
+}
+
+void pinch_joint_store_forget_body(pinch_joint_store *store, dBodyID body)
+{
+    pinch_hinge_references_forget_body(&store->references, body);
+    pinch_joint_poses_forget_body(store->poses, body);
+}

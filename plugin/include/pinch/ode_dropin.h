@@ -87,6 +87,7 @@ PINCH_API void pinch_dropin_joint_group_destroy(dJointGroupID group);
 PINCH_API int pinch_dropin_world_step(dWorldID world, dReal h);
 PINCH_API int pinch_dropin_world_quick_step(dWorldID world, dReal h);
 PINCH_API void pinch_dropin_world_destroy(dWorldID world);
+PINCH_API void pinch_dropin_body_destroy(dBodyID body);
 PINCH_API void pinch_dropin_geom_destroy(dGeomID geom);
 PINCH_API void pinch_dropin_space_destroy(dSpaceID space);
 PINCH_API void pinch_dropin_space_clean(dSpaceID space);
@@ -161,6 +162,7 @@ PINCH_API dGeomID pinch_dropin_create_geom(int class_number);
 #define dWorldStep                   pinch_dropin_world_step
 #define dWorldQuickStep              pinch_dropin_world_quick_step
 #define dWorldDestroy                pinch_dropin_world_destroy
+#define dBodyDestroy                 pinch_dropin_body_destroy
 #define dGeomDestroy                 pinch_dropin_geom_destroy
 #define dSpaceDestroy                pinch_dropin_space_destroy
 #define dSpaceClean                  pinch_dropin_space_clean
