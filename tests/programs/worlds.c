@@ -2,7 +2,8 @@
  * A random world of free bodies: boxes, spheres, capsules, cylinders, meshes and pieces put together, some of them
  * kinematic, disabled or tied by a joint, on a ground of several kinds. Every contact has a random surface. Some worlds
  * leave the contacts' geoms unset, or have nonsense there; some have up to --points contacts for a pair; in some,
- * bodies are destroyed and made while they run.
+ * bodies are destroyed and made while they run. With --hold 1 the program takes what they leave in memory, so that
+ * those made later lie elsewhere.
  */
 #include "sim.h"
 
@@ -24,7 +25,14 @@ typedef struct maker {
     int points;       /* contacts of a pair, at most; 0: as they are found */
     double turnover;  /* the share of steps in which a body goes or comes */
     double half_room; /* m */
+    bool hold;
+    struct held *held;
 } maker;
+
+/* Memory that is held until the end. */
+typedef struct held {
+    struct held *next;
+} held;
 
 static maker m;
 static dTriMeshDataID tetrahedron;
@@ -183,6 +191,26 @@ static dBodyID make_body(void)
     return body;
 }
 
+/* Takes blocks of all the sizes that bodies and geoms may have. */
+static void hold_memory(void)
+{
+    for (size_t size = 16; size <= 2048 && m.hold; size += 16) {
+        held *block = malloc(size);
+        if (!block) exit(3);
+        block->next = m.held;
+        m.held = block;
+    }
+}
+
+static void free_held(void)
+{
+    while (m.held) {
+        held *next = m.held->next;
+        free(m.held);
+        m.held = next;
+    }
+}
+
 /* Its geoms go with it, or stay where they are and belong to the world. */
 static void destroy_body(int k)
 {
@@ -191,6 +219,7 @@ static void destroy_body(int k)
     while (!keeps_geoms && dBodyGetFirstGeom(body)) dGeomDestroy(dBodyGetFirstGeom(body));
     dBodyDestroy(body);
     m.s->bodies[k] = m.s->bodies[--m.s->body_count];
+    hold_memory();
 }
 
 static void join(dBodyID a, dBodyID b)
@@ -262,6 +291,7 @@ int main(int argc, char **argv)
     m.names = chance(0.4) ? GEOMS : (names)draw(0, NAMES);
     m.points = (int)sim_value(s, "points", chance(0.2) ? floor(pow(300, draw(0, 1))) : 0);
     m.turnover = sim_value(s, "turnover", chance(0.3) ? 0.1 : 0);
+    m.hold = sim_value(s, "hold", 0) > 0;
     s->want_feedback = chance(0.2);
     s->collide = collide;
     s->change = change;
@@ -285,5 +315,6 @@ int main(int argc, char **argv)
     sim_number("bodies", s->body_count);
     int status = sim_close(s);
     dGeomTriMeshDataDestroy(tetrahedron);
+    free_held();
     return status;
 }
