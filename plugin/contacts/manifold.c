@@ -236,6 +236,13 @@ static void match(const pinch_manifold *m, pinch_detected_point *const *detected
     match_by(&across, m, detected, count, known_of, seen);
 }
 
+/* Tells whether a pair has more points than the corners of a face, each with a law of its own. What a collider returns
+ * of so many stays as it is from step to step: those that it leaves out are gone, and those that it adds count. */
+static bool count_one_by_one(const pinch_manifold *m, const pinch_manifold_rules *rules)
+{
+    return !rules->shared && m->count > PINCH_SHARED_POINTS;
+}
+
 /* Tells whether the bodies have moved less than a distance against each other at every known point. */
 static bool lies_still(const pinch_manifold *m, const pinch_pose pose[2], double distance)
 {
@@ -276,7 +283,7 @@ static int drop_between(const pinch_manifold *m, const pinch_pose pose[2], pinch
     pinch_detected_point known[PINCH_MANIFOLD_POINTS], *known_list[PINCH_MANIFOLD_POINTS];
     int kept = 0, new_count = 0;
     for (int i = 0; i < count; i++) new_count += known_of[i] < 0;
-    if (new_count == 0 || !lies_still(m, pose, rules->quiet_distance)) return count;
+    if (new_count == 0 || count_one_by_one(m, rules) || !lies_still(m, pose, rules->quiet_distance)) return count;
     double deepest = deepest_known(m) + ROUNDING * rules->quiet_distance;
     for (int k = 0; k < m->count; k++) {
         pinch_v3_copy(known[k].position, m->point[k].position);
@@ -309,11 +316,12 @@ static int keep_undetected(pinch_manifold *m, const pinch_pose pose[2], pinch_de
 {
     double slack = 0;
     int staying = 0;
+    bool dense = count_one_by_one(m, rules);
     for (int i = 0; i < count; i++)
         if (detected[i]->depth > slack) slack = detected[i]->depth;
     for (int k = 0; k < m->count; k++) {
         pinch_manifold_point *p = &m->point[k];
-        stays[k] = seen[k] || (pinch_point_refresh(p, pose, rules, slack) &&
+        stays[k] = seen[k] || (!dense && pinch_point_refresh(p, pose, rules, slack) &&
                                extends(p->position, p->normal, detected, count, rules->merge_distance) &&
                                (!rules->bears || rules->bears(rules->geoms, p, slack)));
         staying += stays[k];

@@ -18,12 +18,14 @@ typedef struct pinch_detected_point {
     bool on_ball;                  /* its place is a ball's, whatever the collider says */
     int buffered;                  /* index of the buffered contact it comes from */
     int surface;                   /* and of its surface parameters, -1: the pair has a material */
+    const double *tangent1;        /* the first friction direction that the program gave, NULL for none */
     int point;                     /* out: its place in the manifold, -1 for none */
     bool redundant;                /* out: another one is in its place, or it bears nothing beside deeper ones */
     bool bears;                    /* it is not left out: points that stay stand for it, too */
     double share, part;            /* out, where it stays: see pinch_own_law */
     double u[2], ahead, aside;     /* from here on scratch of reduction.c and shares.c */
-    int group, edge, stand_in;
+    int group, edge;
+    int kind; /* of its face, surface parameters and first friction direction; -1: it is not sorted */
     bool kept;
 } pinch_detected_point;
 
@@ -33,7 +35,7 @@ typedef struct pinch_own_law {
     double compliance[3]; /* see pinch_contact */
     double floor;
     double stands_for; /* how many contacts it stands for where a pair has more than its manifold holds; otherwise 1 */
-    double part;       /* this over the largest of its pair, in (0, 1], where it has many points; otherwise 0 */
+    double part;       /* this over the largest of its pair, in (0, 1], where many contacts share a load; otherwise 0 */
     double rebound;    /* m/s, of this step: what a bounce asks for beyond what overlap and motion do; 0 without one */
     double impact;     /* N, of this step: the normal force by which it bounced; 0 without a bounce */
     double gave_way;   /* m/s, of this step: by how much it gave way to that */

@@ -239,6 +239,8 @@ static void interpret(const pinch_contact_store *store, int index, pinch_detecte
     detected->redundant = detected->kept = false;
     detected->share = 1;
     detected->part = 0;
+    detected->kind = -1;
+    detected->tangent1 = contact->direction < 0 ? NULL : store->directions.items[contact->direction].tangent;
 }
 
 /*

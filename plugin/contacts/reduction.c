@@ -294,17 +294,41 @@ static void keep_deepest(reduction *r, int g)
 
 /* ---- filling up ---- */
 
+/* Tells whether two points press on the same face and have the same law. Directions of friction turn little by little
+ * over a turntable. */
+static bool is_of_kind(const pinch_detected_point *a, const pinch_detected_point *b)
+{
+    static const double SAME_WAY = 0.966; /* the cosine of 0.26 rad */
+    if (a->group != b->group || a->surface != b->surface || !a->tangent1 != !b->tangent1) return false;
+    return !a->tangent1 || pinch_v3_dot(a->tangent1, b->tangent1) > SAME_WAY;
+}
+
+/* Sorts the points into kinds. Where there are too many for each to have some points that stay, faces alone count. */
+static void sort_into_kinds(reduction *r)
+{
+    const pinch_detected_point *first[PINCH_MOST_KINDS];
+    int kinds = 0;
+    bool few = true;
+    for (int i = 0; i < r->count && few; i++) {
+        pinch_detected_point *p = &r->points[i];
+        p->kind = 0;
+        while (p->kind < kinds && !is_of_kind(p, first[p->kind])) p->kind++;
+        if (p->kind < kinds) continue;
+        few = kinds < PINCH_MOST_KINDS;
+        if (few) first[kinds++] = p;
+    }
+    for (int i = 0; i < r->count && !few; i++) r->points[i].kind = r->points[i].group;
+}
+
 /* Notes how far (m^2) a point is at most from those of its kind that are kept. */
 static void see_kept(const pinch_detected_point *kept, pinch_detected_point *p)
 {
-    if (p->group != kept->group || p->surface != kept->surface) return;
-    p->ahead = fmin(p->ahead, squared_distance(p->position, kept->position));
+    if (p->kind == kept->kind) p->ahead = fmin(p->ahead, squared_distance(p->position, kept->position));
 }
 
 /*
- * Keeps further points until there are as many as may stay: always the one that is farthest from all of its kind, on
- * the same face and with the same surface parameters, so that they spread evenly, each for those around it. One that
- * the manifold has goes before others up to twice as far.
+ * Keeps further points until there are as many as may stay: always the one that is farthest from all of its kind, so
+ * that they spread evenly, each for those around it. One that the manifold has goes before others up to twice as far.
  */
 static void fill_up(reduction *r)
 {
@@ -345,6 +369,7 @@ int pinch_reduce_points(const pinch_manifold *known, double merge_distance, int 
         return r.count;
     }
     sort_into_groups(&r);
+    sort_into_kinds(&r);
     for (int g = 0; g < r.group_count; g++) begin(&r, g);
     int corners = most < PINCH_SHARED_POINTS ? most : PINCH_SHARED_POINTS;
     grow(&r, corners - r.group_count);

@@ -11,7 +11,7 @@
 #include "contacts/manifold.h"
 
 /* Of a pair with more points none are compared with each other: it would take longer than all the rest of a step. */
-enum { PINCH_MOST_COMPARED = 512 };
+enum { PINCH_MOST_COMPARED = 512, PINCH_MOST_KINDS = PINCH_MANIFOLD_POINTS / 4 };
 
 /* Puts points where surfaces only cross, beside deep ones, behind the others, which stay in order. They are redundant
  * then. Returns how many others there are. */
@@ -26,9 +26,9 @@ int pinch_reduce_points(const pinch_manifold *known, double merge_distance, int 
                         int count, pinch_detected_point **kept);
 
 /*
- * Finds for how many contacts each point stands that has a place in the manifold, 1 where there are none besides: for
- * those that bear and have none. Points of the same face and the same surface parameters bear together, where, and with
- * the stiffness against tilting that all of them have.
+ * Finds for how many contacts each point stands that has a place in the manifold, and its part of the most: for those
+ * that bear and have none. Points of a kind bear together as many do as there were, and where enough of them stay, in
+ * the same place and with the same stiffness against tilting.
  */
 void pinch_share_out(pinch_detected_point *points, int count);
 

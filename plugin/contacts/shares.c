@@ -6,9 +6,10 @@
  *
  *     f = 1, x, y, x^2, x y, y^2
  *
- * with the coordinates x, y in the plane of their face. A contact that goes counts for the point nearest to it of those
- * with its face and its surface parameters, which gives shares w. Then w becomes w (1 + c . f), with the c for which
- * the six sums are those of all contacts: c is what the sums lack, divided by the matrix sum w f f^T.
+ * with the coordinates x, y in the plane of their face. A contact that goes counts for the point of its kind that is
+ * nearest to it, which gives shares w. Then w becomes w (1 + c . f), with the c for which the six sums over the kind
+ * are those of all its contacts: c is what the sums lack, divided by the matrix sum w f f^T. Where too few points of a
+ * kind stay for that, the first three of the sums are made right, or the first.
  */
 #include "contacts/reduction.h"
 
@@ -19,10 +20,11 @@
 
 enum { SUMS = 6, FLAT = 3, NOBODY = -1 };
 
-/* The points of one kind that stay, by the first of them, and the sums over all contacts for which they stand. */
+/* The points of one kind that stay, and the sums over all contacts for which they stand. */
 typedef struct kind {
-    pinch_detected_point *points;
-    int count, first;
+    pinch_detected_point *point[PINCH_MANIFOLD_POINTS];
+    int count;
+    bool stands; /* for others */
     double sum[SUMS];
 } kind;
 
@@ -40,38 +42,33 @@ static void add_terms(const pinch_detected_point *p, double share, double sum[SU
     for (int a = 0; a < SUMS; a++) sum[a] += share * f[a];
 }
 
-static bool stays_in(const kind *k, int i)
-{
-    const pinch_detected_point *p = &k->points[i], *first = &k->points[k->first];
-    return p->point >= 0 && p->group == first->group && p->surface == first->surface;
-}
-
-/* Returns how well a point that stays may stand for one that goes: by the surface parameters first, then by the face. A
- * redundant one has not been sorted by its face. */
+/* Returns how well a point that stays may stand for one that goes: by its kind first, then by the surface parameters.
+ * Redundant ones have no kind. */
 static int fits(const pinch_detected_point *p, const pinch_detected_point *gone)
 {
-    if (p->surface != gone->surface) return 0;
-    return !gone->redundant && p->group == gone->group ? 2 : 1;
+    if (gone->kind >= 0 && gone->kind == p->kind) return 2;
+    return p->surface == gone->surface;
 }
 
-/* Returns the nearest of the points that stay and fit best; NOBODY: none stays. */
-static int stand_in_for(const pinch_detected_point *gone, const pinch_detected_point *points, int count)
+/* Returns the nearest of the points that stay and fit best. */
+static pinch_detected_point *stand_in_for(const pinch_detected_point *gone, pinch_detected_point *const *kept,
+                                          int count)
 {
     static const double EQUAL = 1 - 1e-6; /* of several at the same distance the first one, whatever rounding says */
-    int best = NOBODY, fit = 0;
+    int best = 0, fit = NOBODY;
     double least = INFINITY;
     for (int i = 0; i < count; i++) {
         double away[3];
-        int fits_by = fits(&points[i], gone);
-        if (points[i].point < 0 || fits_by < fit) continue;
-        pinch_v3_sub(points[i].position, gone->position, away);
+        int fits_by = fits(kept[i], gone);
+        if (fits_by < fit) continue;
+        pinch_v3_sub(kept[i]->position, gone->position, away);
         double apart = pinch_v3_dot(away, away);
-        if (best != NOBODY && fits_by == fit && !(apart < EQUAL * least)) continue;
+        if (fits_by == fit && !(apart < EQUAL * least)) continue;
         best = i;
         fit = fits_by;
         least = apart;
     }
-    return best;
+    return kept[best];
 }
 
 /*
@@ -85,10 +82,9 @@ static void factor(const kind *k, int terms, double l[SUMS][SUMS])
     memset(l, 0, sizeof *l * SUMS);
     for (int i = 0; i < k->count; i++) {
         double f[SUMS];
-        if (!stays_in(k, i)) continue;
-        find_terms(&k->points[i], f);
+        find_terms(k->point[i], f);
         for (int a = 0; a < terms; a++)
-            for (int b = 0; b <= a; b++) l[a][b] += k->points[i].share * f[a] * f[b];
+            for (int b = 0; b <= a; b++) l[a][b] += k->point[i]->share * f[a] * f[b];
     }
     for (int a = 0; a < terms; a++) trace += l[a][a];
     for (int a = 0; a < terms; a++) {
@@ -113,60 +109,73 @@ static void solve(int terms, double l[SUMS][SUMS], double *x)
     }
 }
 
+static void find_lack(const kind *k, double lack[SUMS])
+{
+    memcpy(lack, k->sum, sizeof k->sum);
+    for (int i = 0; i < k->count; i++) add_terms(k->point[i], -k->point[i]->share, lack);
+}
+
 /*
  * Makes the first `terms` sums right. It is done again, for what little the first time leaves of them. Returns false,
- * with the shares as they were, where one would become less than a part of what it was.
+ * with the shares as they were, where one would become less than a part of what it was, or the total is not right.
  */
 static bool make_right(const kind *k, int terms)
 {
     enum { TIMES = 4 };
-    static const double LEAST = 0.2;
+    static const double LEAST = 0.2, EXACT = 1e-9;
     double l[SUMS][SUMS], c[SUMS];
     factor(k, terms, l);
     bool fine = true;
-    for (int i = 0; i < k->count; i++) k->points[i].aside = k->points[i].share;
+    for (int i = 0; i < k->count; i++) k->point[i]->aside = k->point[i]->share;
     for (int time = 0; time < TIMES; time++) {
-        memcpy(c, k->sum, sizeof c);
-        for (int i = 0; i < k->count; i++)
-            if (stays_in(k, i)) add_terms(&k->points[i], -k->points[i].share, c);
+        find_lack(k, c);
         solve(terms, l, c);
         for (int i = 0; i < k->count; i++) {
             double f[SUMS], by = 1;
-            if (!stays_in(k, i)) continue;
-            find_terms(&k->points[i], f);
+            find_terms(k->point[i], f);
             for (int t = 0; t < terms; t++) by += c[t] * f[t];
-            k->points[i].share *= by;
-            fine = fine && k->points[i].share > LEAST * k->points[i].aside;
+            k->point[i]->share *= by;
+            fine = fine && k->point[i]->share > LEAST * k->point[i]->aside;
         }
     }
-    for (int i = 0; i < k->count && !fine; i++) k->points[i].share = k->points[i].aside;
+    find_lack(k, c);
+    fine = fine && fabs(c[0]) <= EXACT * k->sum[0];
+    for (int i = 0; i < k->count && !fine; i++) k->point[i]->share = k->point[i]->aside;
     return fine;
 }
 
 void pinch_share_out(pinch_detected_point *points, int count)
 {
-    for (int i = 0; i < count; i++) points[i].share = points[i].point >= 0;
+    pinch_detected_point *kept[PINCH_MANIFOLD_POINTS];
+    kind kinds[PINCH_MOST_KINDS];
+    int kept_count = 0;
+    memset(kinds, 0, sizeof kinds);
     for (int i = 0; i < count; i++) {
         pinch_detected_point *p = &points[i];
-        p->stand_in = p->point < 0 && p->bears ? stand_in_for(p, points, count) : NOBODY;
-        if (p->stand_in != NOBODY && fits(&points[p->stand_in], p) == 2) points[p->stand_in].share++;
+        if (p->point < 0) continue;
+        p->share = 1;
+        kept[kept_count++] = p;
+        if (p->kind < 0) continue;
+        kinds[p->kind].point[kinds[p->kind].count++] = p;
+        add_terms(p, 1, kinds[p->kind].sum);
     }
-    for (int first = 0; first < count; first++) {
-        kind k = {points, count, first, {0}};
-        bool known = points[first].point < 0, stands = false;
-        for (int i = 0; i < first && !known; i++) known = stays_in(&k, i);
-        for (int i = 0; i < count && !known; i++) {
+    for (int pass = 0; pass < 2 && kept_count > 0; pass++) {
+        for (int i = 0; i < count; i++) {
             const pinch_detected_point *p = &points[i];
-            bool goes = p->stand_in != NOBODY && fits(&points[p->stand_in], p) == 2 && stays_in(&k, p->stand_in);
-            if (goes || stays_in(&k, i)) add_terms(p, 1, k.sum);
-            stands = stands || goes;
+            if (p->point >= 0 || !p->bears) continue;
+            pinch_detected_point *by = stand_in_for(p, kept, kept_count);
+            bool same = p->kind >= 0 && by->kind == p->kind;
+            if (same != (pass == 0)) continue;
+            by->share++;
+            if (!same) continue;
+            kinds[p->kind].stands = true;
+            add_terms(p, 1, kinds[p->kind].sum);
         }
-        if (stands && !make_right(&k, SUMS)) (void)make_right(&k, FLAT);
+        for (int k = 0; k < PINCH_MOST_KINDS && pass == 0; k++)
+            if (kinds[k].stands && !make_right(&kinds[k], SUMS) && !make_right(&kinds[k], FLAT))
+                (void)make_right(&kinds[k], 1);
     }
-    for (int i = 0; i < count; i++)
-        if (points[i].stand_in != NOBODY && fits(&points[points[i].stand_in], &points[i]) < 2)
-            points[points[i].stand_in].share++;
     double most = 0;
-    for (int i = 0; i < count; i++) most = fmax(most, points[i].share);
-    for (int i = 0; i < count && most > 0; i++) points[i].part = points[i].share / most;
+    for (int i = 0; i < kept_count; i++) most = fmax(most, kept[i]->share);
+    for (int i = 0; i < kept_count; i++) kept[i]->part = kept[i]->share / most;
 }

@@ -248,12 +248,18 @@ static void set_tangent(const double *tangent1, pinch_contact *c)
  * Returns the least compliance, as a part of what the bodies' inertia gives a contact in a step. Many contacts of a
  * pair share a load in equal parts, or in proportion to what they stand for. A solve gives stiff contacts a floor of
  * compliance that is another one at each place, and leaves most to those in the middle. So they are softer than that
- * floor, and by as much softer than the stiffest of them as they stand for fewer.
+ * floor, and by as much softer than the stiffest of them as they stand for fewer; but no springs, and not so soft that
+ * what is heavy beside the bodies' own mass sinks.
  */
-static double least_compliance(const pinch_surface_conditions *conditions)
+static double least_compliance(const pinch_surface_conditions *conditions, double h, double erp)
 {
-    static const double ABOVE_FLOORS = 1e-3;
-    return conditions->part > 0 ? ABOVE_FLOORS / conditions->part : NO_COMPLIANCE;
+    static const double ABOVE_FLOORS = 7.1e-4, SUNK = 1e-4; /* the first at the corner of a box; of the size */
+    if (!(conditions->part > 0)) return NO_COMPLIANCE;
+    double most = conditions->bears * conditions->stands_for / conditions->part; /* N, on the stiffest */
+    double sinks = h * h * conditions->mobility * most; /* m, times erp: with as much compliance as inertia gives */
+    double least =
+        sinks * ABOVE_FLOORS > SUNK * conditions->size * erp ? SUNK * conditions->size * erp / sinks : ABOVE_FLOORS;
+    return pinch_smaller(least / conditions->part, 0.9 * STIFF);
 }
 
 double pinch_surface_apply(const pinch_step_context *context, const pinch_surface *s,
@@ -263,7 +269,7 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
     double h = context->h;
     double erp = isnan(s->erp) ? pinch_within(world->erp, 0, 1) : s->erp;
     double cfm = isnan(s->cfm) ? not_negative(world->cfm) : s->cfm;
-    cfm = pinch_larger(cfm / conditions->stands_for, least_compliance(conditions) * h * conditions->mobility);
+    cfm = pinch_larger(cfm / conditions->stands_for, least_compliance(conditions, h, erp) * h * conditions->mobility);
     c->model = s->rolls ? PINCH_CONTACT_ROLLING : PINCH_CONTACT_HARD;
     c->may_soften = true;
     for (int i = 0; i < 3; i++) {

@@ -22,6 +22,7 @@ typedef struct pinch_surface_conditions {
     double size;            /* of the smaller geom, m */
     double stands_for;      /* how many such contacts the contact stands for, */
     double part;            /* and this over the largest of its pair; 0: the pair has few contacts */
+    double bears;           /* N, each that is stood for, in the mean, in the last step */
     double approach;        /* velocity along the normal now, m/s, negative when approaching */
     double recent_approach; /* by how much bodies have come in of late by their own motion, m; out: with this step */
     double approach_depth;  /* how deep they have come in by it at a time, m; out: with this step */

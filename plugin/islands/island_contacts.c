@@ -80,6 +80,7 @@ typedef struct pair_law {
     double mobility;                        /* where there is no material: sum of the bodies' inverse masses, 1/kg */
     double size;                            /* likewise: of the smaller geom, m */
     double deepest;                         /* likewise: the depth of its deepest point, m */
+    double bears;                           /* likewise: what each contact bore in the last step, in the mean, N */
     double approach_depth, recent_approach; /* out: the most of all points */
 } pair_law;
 
@@ -112,7 +113,14 @@ static pair_law law_of_pair(const pinch_contact_store *store, const pinch_pair *
     } else {
         law.mobility = mobility_of(pair);
         law.size = pinch_pair_size(store, pair);
-        for (int k = 0; k < count; k++) law.deepest = pinch_larger(pair->manifold.point[k].depth, law.deepest);
+        double force = 0, stands_for = 0;
+        for (int k = 0; k < count; k++) {
+            const pinch_manifold_point *point = &pair->manifold.point[k];
+            law.deepest = pinch_larger(point->depth, law.deepest);
+            force += point->normal_force;
+            stands_for += point->own->stands_for;
+        }
+        law.bears = stands_for > 0 ? force / stands_for : 0;
     }
     return law;
 }
@@ -213,6 +221,7 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
         .size = law->size,
         .stands_for = own->stands_for,
         .part = own->part,
+        .bears = law->bears,
         .approach = approach,
         .recent_approach = pair->recent_approach_before,
         .approach_depth = pair->approach_depth,

@@ -20,6 +20,9 @@ typedef struct plate {
     pinch_ode *plugin;
     int rows; /* of the lattice */
     double cfm, mu[MOST][MOST];
+    bool belts;  /* rows move on along one direction and its opposite in turn */
+    double from; /* m: contacts are handed over from here on alone */
+    int crowd;   /* so many more contacts in a corner */
 } plate;
 
 static void plate_make(plate *p, int rows, double cfm, double mu)
@@ -27,6 +30,7 @@ static void plate_make(plate *p, int rows, double cfm, double mu)
     memset(p, 0, sizeof *p);
     p->rows = rows;
     p->cfm = cfm;
+    p->from = -HALF;
     for (int i = 0; i < rows * rows; i++) p->mu[i / rows][i % rows] = mu;
     p->world = dWorldCreate();
     p->space = dSimpleSpaceCreate(NULL);
@@ -49,23 +53,37 @@ static double place(const plate *p, int i)
     return HALF * (2.0 * i / (p->rows - 1) - 1);
 }
 
+/* Hands over a contact at a place of the lower face, where it is below the ground. */
+static void hand_over(plate *p, double x, double y, double mu, bool back)
+{
+    dContact contact;
+    memset(&contact, 0, sizeof contact);
+    dBodyGetRelPointPos(p->body, x, y, -THICK, contact.geom.pos);
+    if (contact.geom.pos[2] >= 0) return;
+    contact.geom.normal[2] = 1;
+    contact.geom.depth = -contact.geom.pos[2];
+    contact.geom.g1 = p->geom;
+    contact.geom.g2 = p->ground;
+    contact.surface.mode = dContactApprox1 | dContactSoftERP | dContactSoftCFM;
+    contact.surface.soft_erp = ERP;
+    contact.surface.soft_cfm = p->cfm;
+    contact.surface.mu = mu;
+    if (p->belts) {
+        contact.surface.mode |= dContactFDir1 | dContactMotion1;
+        contact.surface.motion1 = 1;
+        contact.fdir1[1] = back ? -1 : 1;
+    }
+    assert_int_equal(pinch_ode_add_contact(p->plugin, &contact, p->body, NULL), PINCH_OK);
+}
+
 static void plate_step(plate *p)
 {
     for (int i = 0; i < p->rows * p->rows; i++) {
-        dContact contact;
-        memset(&contact, 0, sizeof contact);
-        dBodyGetRelPointPos(p->body, place(p, i / p->rows), place(p, i % p->rows), -THICK, contact.geom.pos);
-        if (contact.geom.pos[2] >= 0) continue;
-        contact.geom.normal[2] = 1;
-        contact.geom.depth = -contact.geom.pos[2];
-        contact.geom.g1 = p->geom;
-        contact.geom.g2 = p->ground;
-        contact.surface.mode = dContactApprox1 | dContactSoftERP | dContactSoftCFM;
-        contact.surface.soft_erp = ERP;
-        contact.surface.soft_cfm = p->cfm;
-        contact.surface.mu = p->mu[i / p->rows][i % p->rows];
-        assert_int_equal(pinch_ode_add_contact(p->plugin, &contact, p->body, NULL), PINCH_OK);
+        int row = i / p->rows, column = i % p->rows;
+        if (place(p, row) >= p->from)
+            hand_over(p, place(p, row), place(p, column), p->mu[row][column], (row + column) % 2);
     }
+    for (int i = 0; i < p->crowd; i++) hand_over(p, 0.9 * HALF + 1e-3 * (i % 10), 0.9 * HALF + 1e-3 * (i / 10), 0, 0);
     assert_int_equal(pinch_ode_step(p->plugin, STEP), PINCH_OK);
 }
 
@@ -171,6 +189,55 @@ static void what_lies_on_many_comes_to_rest(void **state)
     plate_free(&p);
 }
 
+/* A chequerboard of belts that run one way and the other leaves what lies on it in its place. */
+static void belts_against_each_other_move_nothing(void **state)
+{
+    (void)state;
+    static const int even[] = {4, 8, 10, 16, 20};
+    for (int n = 0; n < 5; n++) {
+        plate p;
+        plate_make(&p, even[n], 1e-3, 0.5);
+        p.belts = true;
+        for (int step = 0; step < 200; step++) plate_step(&p);
+        assert_true(dCalcVectorLength3(dBodyGetLinearVel(p.body)) < 1e-3);
+        plate_free(&p);
+    }
+}
+
+/* What is no longer handed over does not hold: a plate without contacts under one side tips. */
+static void contacts_that_are_taken_away_are_gone(void **state)
+{
+    (void)state;
+    static const int rows[] = {3, 4, 6, 8, 16};
+    for (int n = 0; n < 5; n++) {
+        plate p;
+        plate_make(&p, rows[n], 1e-9, 0.5);
+        for (int step = 0; step < 100; step++) plate_step(&p);
+        p.from = 0.3 * HALF;
+        for (int step = 0; step < 30; step++) plate_step(&p);
+        assert_true(fabs(dBodyGetRotation(p.body)[8]) > 0.2);
+        plate_free(&p);
+    }
+}
+
+/* Many contacts in a corner stand for each other. The few elsewhere are not so soft for it that they count as springs,
+ * which may give back what deep overlaps would hold. */
+static void crowds_of_contacts_throw_nothing(void **state)
+{
+    (void)state;
+    plate p;
+    plate_make(&p, 16, 1e-10, 0.5);
+    p.crowd = 100;
+    dBodySetPosition(p.body, 0, 0, THICK - 0.1);
+    double fastest = 0;
+    for (int step = 0; step < 100; step++) {
+        plate_step(&p);
+        fastest = fmax(fastest, dCalcVectorLength3(dBodyGetLinearVel(p.body)));
+    }
+    assert_true(fastest < sqrt(2 * G * 0.1)); /* that of a fall from as high as it was deep */
+    plate_free(&p);
+}
+
 int main(void)
 {
     dInitODE2(0);
@@ -179,6 +246,9 @@ int main(void)
         cmocka_unit_test(each_contact_has_its_own_friction),
         cmocka_unit_test(all_contacts_resist_turning),
         cmocka_unit_test(what_lies_on_many_comes_to_rest),
+        cmocka_unit_test(belts_against_each_other_move_nothing),
+        cmocka_unit_test(contacts_that_are_taken_away_are_gone),
+        cmocka_unit_test(crowds_of_contacts_throw_nothing),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     dCloseODE();

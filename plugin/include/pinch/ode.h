@@ -124,8 +124,7 @@ typedef struct pinch_ode_settings {
                           * has not solved are ODE's in any case. False: ODE moves all bodies but those of islands at
                           * rest */
     int manifold_points; /* of one pair of geoms with a material, at most; 1 to 8, default 8. Contacts with surface
-                          * parameters of their own have no other limit than 64 of a pair, but this where it is less
-                          * than 8 */
+                          * parameters of their own keep up to 64 of a pair, or this many where it is less than 8 */
     bool keep_islands;   /* true: what was solved stays until the next step, for pinch_ode_read_island and
                           * pinch_ode_contact_energy; some 700 bytes a contact. Default false */
     bool ode_solves; /* true: the contacts keep their persistent manifolds, and ODE's own stepper solves the points, for
@@ -167,15 +166,16 @@ PINCH_API pinch_status pinch_ode_set_drive(pinch_ode *plugin, dBodyID body, cons
  * Hands over one contact for the next step. Every contact with a depth counts, however many a pair has. Those of a
  * fingertip are shares of its stiffness: of more than the manifold holds, those that span the others stand for all. Of
  * those with surface parameters of their own up to 64 of a pair are solved one by one, and of more some stand for those
- * around them with the same parameters: they bear, resist tilting and slip as all of them do. g1 and g2 are geoms or
- * NULL; where one is NULL, its body takes its place in the pair, or the world. The contact's geometry is used, and
- * where neither geom has a material its surface parameters, which keep their meaning in ODE: soft ERP and CFM or the
- * world's, mu as coefficient (dContactApprox1: an ellipse where mu2 differs) or as a force, bounce (1 at most),
- * motion1/2/N, slip1/2 (those give way without a spring), rho, rho2 and rhoN. A negative depth counts as 0 then; where
- * a geom has a material, it is a gap that may close. Other tangents get a spring in proportion to the normal one
- * (settings.tangential_ratio), so that what sticks does not creep. Infinite mu holds without a limit what pressed in
- * the last step; a contact that begins to press has 10 as its coefficient until then. As in ODE this is a row without a
- * limit, and mu as a force does not ask for a normal force either: the step in which a contact lifts off still drags.
+ * around them, with the same parameters where there are no more than 16 kinds: they bear, tilt and slip as all do. g1
+ * and g2 are geoms or NULL; where one is NULL, its body takes its place in the pair, or the world. The contact's
+ * geometry is used, and where neither geom has a material its surface parameters, which keep their meaning in ODE: soft
+ * ERP and CFM or the world's, mu as coefficient (dContactApprox1: an ellipse where mu2 differs) or as a force, bounce
+ * (1 at most), motion1/2/N, slip1/2 (those give way without a spring), rho, rho2 and rhoN. A negative depth counts as 0
+ * then; where a geom has a material, it is a gap that may close. Other tangents get a spring in proportion to the
+ * normal one (settings.tangential_ratio), so that what sticks does not creep. Infinite mu holds without a limit what
+ * pressed in the last step; a contact that begins to press has 10 as its coefficient until then. As in ODE this is a
+ * row without a limit, and mu as a force does not ask for a normal force either: the step in which a contact lifts off
+ * still drags.
  * (A material of infinite friction does not.)
  *
  * Stiff contacts are solved with a floor under their compliance, a small part (1e-4 at first) of what the bodies'
