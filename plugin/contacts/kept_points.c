@@ -208,11 +208,20 @@ static void end_asking(void)
     mtx_unlock(&asking);
 }
 
+/* Tells whether each of a pair's contacts counts by itself, as there are more than the corners of a face. Where a
+ * program makes so many, those that it leaves out are gone. */
+static bool counts_alone(const pinch_pair *pair)
+{
+    return !pair->has_material && pair->manifold.count > PINCH_SHARED_POINTS;
+}
+
 bool pinch_geoms_bear(void *context, const pinch_manifold_point *point, double slack)
 {
     pinch_kept_points *kept = context;
-    if (!may_be_asked(kept->pair->id[0]) || !may_be_asked(kept->pair->id[1]) || !begin_asking()) return true;
-    bool bear = !is_found_again(kept) || (!is_taken_away(kept, point) && is_there(kept, point, slack));
+    bool counts = counts_alone(kept->pair);
+    if (!may_be_asked(kept->pair->id[0]) || !may_be_asked(kept->pair->id[1])) return !counts;
+    if (!begin_asking()) return true;
+    bool bear = is_found_again(kept) ? !is_taken_away(kept, point) && is_there(kept, point, slack) : !counts;
     end_asking();
     return bear;
 }

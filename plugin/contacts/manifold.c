@@ -236,8 +236,8 @@ static void match(const pinch_manifold *m, pinch_detected_point *const *detected
     match_by(&across, m, detected, count, known_of, seen);
 }
 
-/* Tells whether a pair has more points than the corners of a face, each with a law of its own. What a collider returns
- * of so many stays as it is from step to step: those that it leaves out are gone, and those that it adds count. */
+/* Tells whether a pair has more points than the corners of a face, each with a law of its own: those that come besides
+ * count, wherever they are. */
 static bool count_one_by_one(const pinch_manifold *m, const pinch_manifold_rules *rules)
 {
     return !rules->shared && m->count > PINCH_SHARED_POINTS;
@@ -316,12 +316,11 @@ static int keep_undetected(pinch_manifold *m, const pinch_pose pose[2], pinch_de
 {
     double slack = 0;
     int staying = 0;
-    bool dense = count_one_by_one(m, rules);
     for (int i = 0; i < count; i++)
         if (detected[i]->depth > slack) slack = detected[i]->depth;
     for (int k = 0; k < m->count; k++) {
         pinch_manifold_point *p = &m->point[k];
-        stays[k] = seen[k] || (!dense && pinch_point_refresh(p, pose, rules, slack) &&
+        stays[k] = seen[k] || (pinch_point_refresh(p, pose, rules, slack) &&
                                extends(p->position, p->normal, detected, count, rules->merge_distance) &&
                                (!rules->bears || rules->bears(rules->geoms, p, slack)));
         staying += stays[k];
