@@ -257,9 +257,9 @@ static double least_compliance(const pinch_surface_conditions *conditions, doubl
     if (!(conditions->part > 0)) return NO_COMPLIANCE;
     double most = conditions->bears * conditions->stands_for / conditions->part; /* N, on the stiffest */
     double sinks = h * h * conditions->mobility * most; /* m, times erp: with as much compliance as inertia gives */
-    double least =
-        sinks * ABOVE_FLOORS > SUNK * conditions->size * erp ? SUNK * conditions->size * erp / sinks : ABOVE_FLOORS;
-    return pinch_smaller(least / conditions->part, 0.9 * STIFF);
+    double bearable = SUNK * conditions->size * erp;    /* of which there is none at an ERP of 0 */
+    double least = sinks * ABOVE_FLOORS > bearable ? bearable / sinks : ABOVE_FLOORS;
+    return pinch_within(least / conditions->part, NO_COMPLIANCE, 0.9 * STIFF);
 }
 
 double pinch_surface_apply(const pinch_step_context *context, const pinch_surface *s,

@@ -19,7 +19,7 @@ typedef struct plate {
     dBodyID body;
     pinch_ode *plugin;
     int rows; /* of the lattice */
-    double cfm, mu[MOST][MOST];
+    double erp, cfm, mu[MOST][MOST];
     bool belts;  /* rows move on along one direction and its opposite in turn */
     double from; /* m: contacts are handed over from here on alone */
     int crowd;   /* so many more contacts in a corner */
@@ -29,6 +29,7 @@ static void plate_make(plate *p, int rows, double cfm, double mu)
 {
     memset(p, 0, sizeof *p);
     p->rows = rows;
+    p->erp = ERP;
     p->cfm = cfm;
     p->from = -HALF;
     for (int i = 0; i < rows * rows; i++) p->mu[i / rows][i % rows] = mu;
@@ -65,7 +66,7 @@ static void hand_over(plate *p, double x, double y, double mu, bool back)
     contact.geom.g1 = p->geom;
     contact.geom.g2 = p->ground;
     contact.surface.mode = dContactApprox1 | dContactSoftERP | dContactSoftCFM;
-    contact.surface.soft_erp = ERP;
+    contact.surface.soft_erp = p->erp;
     contact.surface.soft_cfm = p->cfm;
     contact.surface.mu = mu;
     if (p->belts) {
@@ -220,6 +221,20 @@ static void contacts_that_are_taken_away_are_gone(void **state)
     }
 }
 
+/* At an ERP of 0 nothing takes an overlap back, and without a CFM nothing gives way. The plate stays where it is. */
+static void overlaps_may_stay(void **state)
+{
+    (void)state;
+    for (int n = 0; n < LATTICES; n++) {
+        plate p;
+        plate_make(&p, lattices[n], 0, 0.5);
+        p.erp = 0;
+        for (int step = 0; step < 50; step++) plate_step(&p);
+        assert_close(dBodyGetPosition(p.body)[2], THICK - 1e-6, 1e-6);
+        plate_free(&p);
+    }
+}
+
 /* Many contacts in a corner stand for each other. The few elsewhere are not so soft for it that they count as springs,
  * which may give back what deep overlaps would hold. */
 static void crowds_of_contacts_throw_nothing(void **state)
@@ -249,6 +264,7 @@ int main(void)
         cmocka_unit_test(belts_against_each_other_move_nothing),
         cmocka_unit_test(contacts_that_are_taken_away_are_gone),
         cmocka_unit_test(crowds_of_contacts_throw_nothing),
+        cmocka_unit_test(overlaps_may_stay),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     dCloseODE();
