@@ -1,6 +1,6 @@
 /*
  * The points are sorted into groups by their normals. The hull of each group grows by the point that is farthest
- * outside of all hulls, until there are as many points as may stay. In such an order an n-gon is found exactly with n
+ * outside of all hulls, until there are as many corners as may stay. In such an order an n-gon is found exactly with n
  * points, and of a circle of many points eight cut off least.
  *
  * Distances are measured in each group's own plane, in units of the points' standard deviations along the axes of the

@@ -2,8 +2,10 @@
  * Which of many detected points a manifold keeps.
  *
  * Those that span what all of them can carry: for each direction of the normals the corners of the convex hull of their
- * places, and the deepest point. What rests on all of them then rests on those that are kept. Points where the surfaces
- * only cross, beside deep ones, bear nothing and are left out first.
+ * places, and the deepest point. What rests on all of them then rests on those that are kept. Where more may stay than
+ * points that share a stiffness need, others follow that spread evenly over each kind: those of a face, of the same
+ * surface parameters and of nearly the same friction direction. Points where the surfaces only cross, beside deep ones,
+ * bear nothing and are left out first.
  */
 #ifndef PINCH_CONTACTS_REDUCTION_H
 #define PINCH_CONTACTS_REDUCTION_H
@@ -11,7 +13,10 @@
 #include "contacts/manifold.h"
 
 /* Of a pair with more points none are compared with each other: it would take longer than all the rest of a step. */
-enum { PINCH_MOST_COMPARED = 512, PINCH_MOST_KINDS = PINCH_MANIFOLD_POINTS / 4 };
+enum { PINCH_MOST_COMPARED = 512 };
+
+/* The most kinds: each has some points that stay. */
+enum { PINCH_MOST_KINDS = PINCH_MANIFOLD_POINTS / 4 };
 
 /* Puts points where surfaces only cross, beside deep ones, behind the others, which stay in order. They are redundant
  * then. Returns how many others there are. */
