@@ -21,7 +21,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Height fields write to themselves while they collide, and there is one ball for all worlds. */
+/* Height fields and meshes write to themselves while they collide, and there is one ball for all worlds. Where neither
+ * geom is one, nothing is written, and no thread waits for another. */
 static mtx_t asking;
 static dGeomID ball;
 
@@ -193,19 +194,25 @@ void pinch_kept_points_init(pinch_kept_points *kept, const pinch_contact_store *
     kept->again = PINCH_NOT_ASKED_AGAIN;
 }
 
+static bool has_surface(const pinch_pair *pair)
+{
+    return is_surface(dGeomGetClass(pair->id[0])) || is_surface(dGeomGetClass(pair->id[1]));
+}
+
 /* Returns false where the calling thread cannot ask ODE. */
-static bool begin_asking(void)
+static bool begin_asking(const pinch_pair *pair)
 {
     static once_flag once = ONCE_FLAG_INIT;
+    if (!has_surface(pair)) return true;
     call_once(&once, begin);
     if (!dAllocateODEDataForThread(dAllocateMaskAll)) return false; /* what meshes need */
     mtx_lock(&asking);
     return true;
 }
 
-static void end_asking(void)
+static void end_asking(const pinch_pair *pair)
 {
-    mtx_unlock(&asking);
+    if (has_surface(pair)) mtx_unlock(&asking);
 }
 
 /* Tells whether each of a pair's contacts counts by itself, as there are more than the corners of a face. Where a
@@ -220,9 +227,9 @@ bool pinch_geoms_bear(void *context, const pinch_manifold_point *point, double s
     pinch_kept_points *kept = context;
     bool counts = counts_alone(kept->pair);
     if (!may_be_asked(kept->pair->id[0]) || !may_be_asked(kept->pair->id[1])) return !counts;
-    if (!begin_asking()) return true;
+    if (!begin_asking(kept->pair)) return true;
     bool bear = is_found_again(kept) ? !is_taken_away(kept, point) && is_there(kept, point, slack) : !counts;
-    end_asking();
+    end_asking(kept->pair);
     return bear;
 }
 
@@ -230,10 +237,7 @@ uint64_t pinch_points_to_watch(const pinch_kept_points *kept, const pinch_manifo
                                const pinch_detected_point *detected, int count)
 {
     _Static_assert(PINCH_MANIFOLD_POINTS <= 64, "the result has a bit for each point");
-    bool changes = false;
-    if (kept->again != PINCH_FOUND_AGAIN) return 0;
-    for (int side = 0; side < 2; side++) changes |= is_surface(dGeomGetClass(kept->pair->id[side]));
-    if (!changes) return 0;
+    if (kept->again != PINCH_FOUND_AGAIN || !has_surface(kept->pair)) return 0;
     uint64_t watched = 0;
     for (int k = 0; k < points->count; k++) watched |= (uint64_t)1 << k;
     for (int i = 0; i < count; i++)
@@ -248,10 +252,10 @@ bool pinch_watched_points_stay(const pinch_kept_points *kept)
     double slack = 0;
     for (int k = 0; k < points->count; k++)
         if (!(watched >> k & 1) && points->point[k].depth > slack) slack = points->point[k].depth;
-    if (!begin_asking()) return true;
+    if (!begin_asking(kept->pair)) return true;
     bool stay = true;
     for (int k = 0; k < points->count && stay; k++)
         stay = !(watched >> k & 1) || is_there(kept, &points->point[k], slack);
-    end_asking();
+    end_asking(kept->pair);
     return stay;
 }
