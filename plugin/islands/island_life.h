@@ -113,13 +113,15 @@ void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *g
 void pinch_read_push(const pinch_step_context *context, const pinch_island_graph *graph, pinch_island *island);
 
 /* push_out.c, before the first solve: sets how much energy hard contacts may put in as they push bodies out of each
- * other. Returns false where there are none. */
+ * other, and finds how fast each pushes. Returns false where there are none, and where memory runs out, which is the
+ * island's status then. */
 bool pinch_open_push(const pinch_step_context *context, const pinch_contact_store *contacts,
-                     const pinch_island_graph *graph, const pinch_problem *problem, pinch_island *island);
+                     const pinch_island_graph *graph, const pinch_problem *problem, pinch_rise *rise,
+                     pinch_island *island);
 /* push_out.c, after a solve: finds out how much they have put in. */
 void pinch_judge_push(const pinch_step_context *context, const pinch_contact_store *contacts,
                       const pinch_joint_store *joints, const pinch_step_bodies *bodies, const pinch_problem *problem,
-                      pinch_island *island);
+                      pinch_rise *rise, pinch_island *island);
 /* push_out.c, after the last solve, with contacts at this pace: sets what is left, and the next pace. */
 void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, double pace,
                       pinch_island *island);
@@ -129,13 +131,12 @@ void pinch_read_out_contacts(const pinch_contact_store *contacts, const pinch_st
 /* read_out.c: leaves an island without an answer: its results say whose points they are, and no force. */
 void pinch_leave_unsolved(pinch_contact_store *contacts, pinch_island *island);
 
-/* push_out.c: finds the velocity that each contact asks for because its bodies overlap. */
-void pinch_find_pushes(const pinch_contact_store *contacts, const pinch_island *island, const pinch_problem *problem,
-                       pinch_rising_contact *of);
-/* rise.c: finds the paces at which contacts push so that what lies on each other does not come up too fast. Without
- * memory, nothing is slowed. */
-void pinch_limit_rise(const pinch_step_context *context, const pinch_contact_store *contacts,
-                      const pinch_island *island, const pinch_problem *problem, pinch_rise *rise);
+/* rise.c: finds the acceleration that presses the bodies down, and the direction against it: gravity, or where the
+ * world has none, what acts on all of them. */
+void pinch_find_up(const pinch_step_context *context, const pinch_problem *problem, pinch_rise *rise);
+/* rise.c, when it is known how fast each of an island's pairs pushes: finds the paces at which contacts push so that
+ * what lies on each other does not come up too fast. */
+void pinch_limit_rise(const pinch_problem *problem, int pairs, pinch_rise *rise);
 /* push_out.c: scales the velocities at which hard contacts push bodies out, beside their own paces, and bounce. */
 void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, const pinch_rise *rise,
                          double pace, double bounce, pinch_problem *problem);

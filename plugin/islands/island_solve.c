@@ -283,7 +283,7 @@ static verdict judge(island_solve *s, bool pushes, const push *p)
 {
     pinch_island *island = s->island;
     verdict found = {.joints = joints_put_too_much_in(s)};
-    if (pushes) pinch_judge_push(s->context, s->contacts, s->joints, s->bodies, &s->problem, island);
+    if (pushes) pinch_judge_push(s->context, s->contacts, s->joints, s->bodies, &s->problem, &s->thread->rise, island);
     found.contacts = pushes && !(island->push_work <= island->push_limit);
     found.partners = found.contacts && p->let_go && island->push_work > pinch_most_of_partners(island);
     return found;
@@ -360,15 +360,16 @@ static void solve_in_bounds(island_solve *s)
     pinch_island *island = s->island;
     pinch_island_joints *j = &island->joints;
     bool jointed = j->joint_rows > 0, known = !jointed || joints_are_known(s->joints, island), last = false;
-    bool pushes = pinch_open_push(s->context, s->contacts, s->graph, &s->problem, island);
+    pinch_rise *rise = &s->thread->rise;
+    bool pushes = pinch_open_push(s->context, s->contacts, s->graph, &s->problem, rise, island);
+    if (island->status != PINCH_OK) return;
     if (jointed) pinch_open_account(s->context, s->graph, s->joints, &s->problem, island);
     if (jointed && j->pace < 1) pinch_set_closing_pace(s->joints, j, &s->problem, 1, j->pace);
     double first_pace = j->pace;
     push p = AS_THEY_CAME;
     if (pushes && jointed) p.pace = island->push_pace;
-    pinch_rise *rise = &s->thread->rise;
     rise->slows = false;
-    if (pushes) pinch_limit_rise(s->context, s->contacts, island, &s->problem, rise);
+    if (pushes) pinch_limit_rise(&s->problem, island->pairs.count, rise);
     if (p.pace < 1 || rise->slows) pinch_slow_push_out(s->contacts, island, rise, p.pace, 1, &s->problem);
     for (int try = 0;; try++) {
         try_solvers(s);

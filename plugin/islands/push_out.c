@@ -57,6 +57,7 @@
 #include "islands/island_life.h"
 
 #include "joints/island_joints.h"
+#include "support/loop.h"
 
 #include "support/extremes.h"
 #include "support/vec3.h"
@@ -105,6 +106,37 @@ static const pinch_own_law *next_law(walk *w)
     static const pinch_own_law OF_A_FINGERTIP = {.surface = -1};
     const pinch_own_law *own = next_own(w);
     return own ? own : &OF_A_FINGERTIP;
+}
+
+/* Tells whether the contact is between the same bodies as the one before it. */
+static bool goes_on(const pinch_problem *problem, int contact)
+{
+    if (contact <= 0 || contact >= problem->contact_count) return false;
+    const pinch_contact *c = &problem->contacts[contact], *before = c - 1;
+    return c->body1 == before->body1 && c->body2 == before->body2;
+}
+
+/* Contacts between the same bodies that follow each other are a group, of one pair of geoms or of several. Goes through
+ * those that begin among some pairs of an island. */
+typedef struct groups {
+    walk at;
+    int next, end; /* contacts */
+} groups;
+
+static int first_contact(const pinch_contact_store *contacts, const pinch_island *island, int pair)
+{
+    return pair < island->pairs.count ? pinch_island_pair(contacts, island->pairs, pair)->first_in_island
+                                      : island->contacts.count;
+}
+
+static groups groups_among(const pinch_contact_store *contacts, const pinch_island *island,
+                           const pinch_problem *problem, int first, int end)
+{
+    groups g = {{contacts, island, first, 0, NULL},
+                first_contact(contacts, island, first),
+                first_contact(contacts, island, end)};
+    for (; g.next < g.end && goes_on(problem, g.next); g.next++) (void)next_own(&g.at);
+    return g;
 }
 
 /* Returns how fast (m/s) the surface moves by itself along the normal, into body 1. */
@@ -162,173 +194,132 @@ static double energy_of_spring(const pinch_contact *c, const pinch_own_law *own,
     return 0.5 * k * c->depth * c->depth / (1 + damping * damping / (k * mass));
 }
 
-/* Returns the energy (J) that the overlaps ask for: of each pair's bodies, where they move apart as its contacts ask in
- * the mean, and of springs. */
-static double energy_asked_for(const pinch_contact_store *contacts, const pinch_island *island,
-                               const pinch_problem *problem)
-{
-    double h = problem->step, mass = mass_of(problem), sum = 0;
-    walk at = {contacts, island, 0, 0, NULL};
-    for (int first = 0, k; first < problem->contact_count; first = k) {
-        const pinch_contact *pair = &problem->contacts[first];
-        double of_pair = 0, mobility = inverse_masses(problem, pair);
-        for (k = first; k < problem->contact_count; k++) {
-            const pinch_contact *c = &problem->contacts[k];
-            if (c->body1 != pair->body1 || c->body2 != pair->body2) break;
-            const pinch_own_law *own = next_law(&at);
-            double push = push_of(c, own, h);
-            of_pair += 0.5 * push * push / mobility;
-            if (push > 0) sum += energy_of_spring(c, own, h, mobility, mass);
-        }
-        sum += of_pair / (k - first);
-    }
-    return sum;
-}
-
-/* Returns the energy (J) that a step's fall gives to the island's bodies, the part of it that counts. */
-static double part_of_fall(const pinch_step_context *context, const pinch_problem *problem)
-{
-    double fall = pinch_fall_in_step(context);
-    return OF_FALL * 0.5 * mass_of(problem) * fall * fall;
-}
-
 /* Does a surface move by itself along the contact, or about its normal? */
 static bool moves_along(const pinch_contact *c)
 {
     return c->surface_velocity[1] != 0 || c->surface_velocity[2] != 0 || c->surface_velocity[3] != 0;
 }
 
-/* Returns the most energy (J) that surfaces may give in a step: they bring all bodies to the speed of the fastest, and
- * lift them at it. */
-static double most_of_surfaces(const pinch_step_context *context, const pinch_contact_store *contacts,
-                               const pinch_island *island, const pinch_problem *problem)
+/* Returns how fast (m/s) a surface moves by itself. */
+static double speed_of_surface(const pinch_contact *c, const pinch_own_law *own)
 {
-    double fastest = 0;
-    walk at = {contacts, island, 0, 0, NULL};
-    for (int k = 0; k < problem->contact_count; k++) {
-        const pinch_contact *c = &problem->contacts[k];
-        const pinch_own_law *own = next_law(&at);
-        double into = speed_into(c, own), along = 0;
-        if (moves_along(c)) along = hypot(c->surface_velocity[1], c->surface_velocity[2]);
-        along = pinch_larger(along, own->carried_at);
-        if (into > 0) along = hypot(along, into);
-        fastest = pinch_larger(along, fastest);
-    }
-    return fastest > 0 ? mass_of(problem) * fastest * (0.5 * fastest + pinch_fall_in_step(context)) : 0;
+    double into = speed_into(c, own), along = 0;
+    if (moves_along(c)) along = hypot(c->surface_velocity[1], c->surface_velocity[2]);
+    along = pinch_larger(along, own->carried_at);
+    return into > 0 ? hypot(along, into) : along;
 }
 
-/* Returns the energy (J) that the fastest push asks for beside joints, which may hang all bodies on one. */
-static double energy_of_all(const pinch_contact_store *contacts, const pinch_island *island,
-                            const pinch_problem *problem)
+static double height_of(const pinch_problem *problem, const pinch_rise *rise, int body)
 {
-    double fastest = 0;
-    walk at = {contacts, island, 0, 0, NULL};
-    for (int k = 0; k < problem->contact_count; k++)
-        fastest = fmax(fastest, push_of(&problem->contacts[k], next_law(&at), problem->step));
-    return 0.5 * mass_of(problem) * fastest * fastest;
+    return pinch_v3_dot(problem->bodies[body].position, rise->up);
 }
 
-/* What contacts ask for and what surfaces may give: two sums over all contacts, which two threads may do at a time. */
-typedef struct push_sums {
-    const pinch_step_context *context;
+/* Tells whether body 1 of a contact is the upper one. */
+static bool first_is_upper(const pinch_problem *problem, const pinch_rise *rise, const pinch_contact *c)
+{
+    if (c->body1 < 0 || c->body2 < 0) return c->body1 >= 0;
+    double one = height_of(problem, rise, c->body1), other = height_of(problem, rise, c->body2);
+    return one != other ? one > other : c->body1 > c->body2;
+}
+
+/* Returns the upward part of a contact's normal, seen from its upper body. */
+static double upward_part(const pinch_rise *rise, const pinch_contact *c, bool first_is_upper)
+{
+    return pinch_v3_dot(c->normal, rise->up) * (first_is_upper ? 1 : -1);
+}
+
+/* The loop over an island's pairs before its solve. */
+typedef struct opening {
     const pinch_contact_store *contacts;
     const pinch_island *island;
     const pinch_problem *problem;
-    double asked, of_surfaces; /* J */
-} push_sums;
+    pinch_rise *rise;
+    double mass; /* kg of all bodies */
+} opening;
 
-static void sum_up(void *argument, int first, int end)
+/* Finds what a group of contacts asks for: energy, where its bodies move apart as its contacts ask in the mean, and
+ * springs; and how fast its pairs push the upper body up. */
+static void open_group(const opening *o, groups *g, pinch_push_part *part)
 {
-    push_sums *s = argument;
-    for (int k = first; k < end; k++) {
-        if (k == 0)
-            s->asked = energy_asked_for(s->contacts, s->island, s->problem);
-        else
-            s->of_surfaces = most_of_surfaces(s->context, s->contacts, s->island, s->problem);
-    }
+    const pinch_problem *problem = o->problem;
+    const pinch_contact *first = &problem->contacts[g->next];
+    bool upper = first_is_upper(problem, o->rise, first);
+    double of_pair = 0, mobility = inverse_masses(problem, first);
+    pinch_rising_pair *pair = NULL;
+    do {
+        const pinch_contact *c = &problem->contacts[g->next];
+        if (g->at.point == 0) {
+            pair = &o->rise->pairs.items[g->at.pair];
+            pair->upper = upper ? c->body1 : c->body2;
+            pair->lower = upper ? c->body2 : c->body1;
+            pair->speed = pair->way = 0;
+        }
+        const pinch_own_law *own = next_law(&g->at);
+        part->surfaces = pinch_larger(speed_of_surface(c, own), part->surfaces);
+        double push = push_of(c, own, problem->step);
+        if (!(push > 0)) continue;
+        double lifts = upward_part(o->rise, c, upper);
+        pair->speed = fmax(push * lifts, pair->speed);
+        pair->way = fmax(c->depth * lifts, pair->way); /* of pushes at ODE's largest velocity, the deepest one's */
+        of_pair += 0.5 * push * push / mobility;
+        part->asked += energy_of_spring(c, own, problem->step, mobility, o->mass);
+        part->sum += push;
+        part->fastest = fmax(part->fastest, push);
+        part->steepest = pinch_larger(push / c->depth, part->steepest);
+    } while (goes_on(problem, ++g->next));
+    part->asked += of_pair / (double)(&problem->contacts[g->next] - first);
+}
+
+static void open_some(void *argument, int first, int end)
+{
+    const opening *o = argument;
+    pinch_push_part part = {0};
+    for (groups g = groups_among(o->contacts, o->island, o->problem, first, end); g.next < g.end;)
+        open_group(o, &g, &part);
+    o->rise->parts.items[first / PINCH_CHUNK] = part;
+}
+
+/* Returns the energy (J) that a step's fall gives to the island's bodies, the part of it that counts. */
+static double part_of_fall(const pinch_step_context *context, double mass)
+{
+    double fall = pinch_fall_in_step(context);
+    return OF_FALL * 0.5 * mass * fall * fall;
 }
 
 bool pinch_open_push(const pinch_step_context *context, const pinch_contact_store *contacts,
-                     const pinch_island_graph *graph, const pinch_problem *problem, pinch_island *island)
+                     const pinch_island_graph *graph, const pinch_problem *problem, pinch_rise *rise,
+                     pinch_island *island)
 {
     island->pushes = false;
     for (int k = 0; k < problem->contact_count && !island->pushes; k++)
         island->pushes = problem->contacts[k].may_soften;
     if (!island->pushes) return false;
-    push_sums sums = {context, contacts, island, problem, 0, 0};
-    if (problem->crew)
-        problem->crew->parallel_for(problem->crew->context, 2, 1, sum_up, &sums);
-    else
-        sum_up(&sums, 0, 2);
-    double asked = sums.asked;
-    if (island->joints.joint_rows > 0) asked = fmax(asked, energy_of_all(contacts, island, problem));
+    int pairs = island->pairs.count, parts = pinch_chunk_count(pairs);
+    if (!pinch_reserve_rise(rise, problem->body_count, pairs, parts)) {
+        island->status = PINCH_OUT_OF_MEMORY;
+        return false;
+    }
+    opening o = {contacts, island, problem, rise, mass_of(problem)};
+    pinch_find_up(context, problem, rise);
+    pinch_loop(problem->crew, pairs, open_some, &o);
+    pinch_push_part all = {0};
+    for (int k = 0; k < parts; k++) {
+        const pinch_push_part *part = &rise->parts.items[k];
+        all.asked += part->asked;
+        all.sum += part->sum;
+        all.fastest = fmax(all.fastest, part->fastest);
+        all.steepest = pinch_larger(part->steepest, all.steepest);
+        all.surfaces = pinch_larger(part->surfaces, all.surfaces);
+    }
+    rise->sum = all.sum;
+    rise->steepest = all.steepest;
+    /* joints may hang all bodies on the fastest push */
+    if (island->joints.joint_rows > 0) all.asked = fmax(all.asked, 0.5 * o.mass * all.fastest * all.fastest);
     pinch_read_push(context, graph, island);
-    double fall = part_of_fall(context, problem);
-    island->push_limit = fall + fmax(TIMES_ASKED_FOR * asked + island->push_balance, 0);
-    island->surface_limit = sums.of_surfaces;
+    island->push_limit = part_of_fall(context, o.mass) + fmax(TIMES_ASKED_FOR * all.asked + island->push_balance, 0);
+    /* surfaces bring all bodies to the speed of the fastest of them, and lift them at it */
+    island->surface_limit = o.mass * all.surfaces * (0.5 * all.surfaces + pinch_fall_in_step(context));
     return true;
-}
-
-/* An answer, and the bodies that have not moved yet. */
-typedef struct answer {
-    const pinch_step_bodies *bodies;
-    pinch_range range;
-    const pinch_problem *problem;
-} answer;
-
-/* Finds the velocity (m/s) of body 1 relative to body 2 at a contact, before the step. (That of the problem's bodies
- * has weight in it.) */
-static void find_velocity_before(const answer *a, const pinch_contact *c, double *velocity)
-{
-    memset(velocity, 0, 3 * sizeof *velocity);
-    for (int side = 0; side < 2; side++) {
-        int number = side ? c->body2 : c->body1;
-        double arm[3], turned[3];
-        if (number < 0) continue;
-        dBodyID body = pinch_island_body(a->bodies, a->range, number)->body;
-        pinch_v3_sub(c->position, a->problem->bodies[number].position, arm);
-        pinch_v3_cross(dBodyGetAngularVel(body), arm, turned);
-        pinch_v3_add_scaled(velocity, side ? -1 : 1, dBodyGetLinearVel(body));
-        pinch_v3_add_scaled(velocity, side ? -1 : 1, turned);
-    }
-}
-
-/* Returns the mean normal velocity (m/s) of a contact in the step: times h and its force, the energy that it gives. */
-static double mean_velocity(const answer *a, const pinch_contact *c)
-{
-    double before[3];
-    find_velocity_before(a, c, before);
-    return 0.5 * (c->relative_velocity[0] - c->surface_velocity[0] + pinch_v3_dot(before, c->normal));
-}
-
-/* Returns the power (W) of friction in the same sense, but for what a surface that moves by itself does. */
-static double mean_power_of_friction(const answer *a, const pinch_contact *c)
-{
-    double before[3], t2[3];
-    find_velocity_before(a, c, before);
-    pinch_v3_cross(c->normal, c->tangent1, t2);
-    double along1 = c->relative_velocity[1] + c->surface_velocity[1] + pinch_v3_dot(before, c->tangent1);
-    double along2 = c->relative_velocity[2] + c->surface_velocity[2] + pinch_v3_dot(before, t2);
-    return 0.5 * (c->force[1] * along1 + c->force[2] * along2);
-}
-
-/* Returns the work (J) that surfaces do on bodies as they move by themselves. In a jam some give what others take, so
- * that their sum counts; where it is negative, they have only taken. */
-static double work_of_surfaces(const pinch_contact_store *contacts, const pinch_step_bodies *bodies,
-                               const pinch_problem *problem, const pinch_island *island)
-{
-    answer found = {bodies, island->bodies, problem};
-    double power = 0;
-    walk at = {contacts, island, 0, 0, NULL};
-    for (int k = 0; k < problem->contact_count && island->surface_limit > 0; k++) {
-        const pinch_contact *c = &problem->contacts[k];
-        const pinch_own_law *own = next_law(&at);
-        double into = speed_into(c, own);
-        if (moves_along(c) || own->carried_at > 0) power += mean_power_of_friction(&found, c);
-        for (int i = 1; i < 4; i++) power -= c->force[i] * c->surface_velocity[i];
-        if (into > 0) power += c->force[0] * mean_velocity(&found, c);
-    }
-    return fmin(fmax(problem->step * power, 0), island->surface_limit);
 }
 
 /* Returns the force (N) that presses the pair of a contact together from outside. */
@@ -340,59 +331,136 @@ static double pressed_by(const pinch_problem *problem, const pinch_contact *c)
     return sum;
 }
 
-/* Tells whether a body of a contact's pair is thrown. */
-static bool is_thrown(const answer *a, const pinch_contact *c, double fall)
+/* The loop over an island's pairs after its solve, before its bodies move. */
+typedef struct answer {
+    const pinch_contact_store *contacts;
+    const pinch_step_bodies *bodies;
+    const pinch_island *island;
+    const pinch_problem *problem;
+    pinch_rise *rise;
+    double fall, weight; /* m/s by gravity in the step; N, of all bodies */
+} answer;
+
+/* A body of a pair, as it moves before the step. (The velocity of the problem's body has weight in it.) */
+typedef struct mover {
+    dBodyID body; /* NULL: none */
+    const pinch_body *solved;
+    const double *velocity, *spin;
+} mover;
+
+static mover mover_of(const answer *a, int number)
 {
+    if (number < 0) return (mover){NULL, NULL, NULL, NULL};
+    dBodyID body = pinch_island_body(a->bodies, a->island->bodies, number)->body;
+    return (mover){body, &a->problem->bodies[number], dBodyGetLinearVel(body), dBodyGetAngularVel(body)};
+}
+
+/* Finds the velocity (m/s) of body 1 relative to body 2 at a contact, before the step. */
+static void find_velocity_before(const mover of[2], const pinch_contact *c, double *velocity)
+{
+    memset(velocity, 0, 3 * sizeof *velocity);
     for (int side = 0; side < 2; side++) {
-        int number = side ? c->body2 : c->body1;
-        if (number < 0) continue;
-        dBodyID body = pinch_island_body(a->bodies, a->range, number)->body;
-        if (pinch_body_is_thrown(body, &a->problem->bodies[number], fall)) return true;
+        double arm[3], turned[3];
+        if (!of[side].body) continue;
+        pinch_v3_sub(c->position, of[side].solved->position, arm);
+        pinch_v3_cross(of[side].spin, arm, turned);
+        pinch_v3_add_scaled(velocity, side ? -1 : 1, of[side].velocity);
+        pinch_v3_add_scaled(velocity, side ? -1 : 1, turned);
     }
+}
+
+/* Returns the mean normal velocity (m/s) of a contact in the step: times h and its force, the energy that it gives.
+ * before: its velocity before the step. */
+static double mean_velocity(const pinch_contact *c, const double *before)
+{
+    return 0.5 * (c->relative_velocity[0] - c->surface_velocity[0] + pinch_v3_dot(before, c->normal));
+}
+
+/* Returns the power (W) of friction in the same sense, but for what a surface that moves by itself does. */
+static double mean_power_of_friction(const pinch_contact *c, const double *before)
+{
+    double t2[3];
+    pinch_v3_cross(c->normal, c->tangent1, t2);
+    double along1 = c->relative_velocity[1] + c->surface_velocity[1] + pinch_v3_dot(before, c->tangent1);
+    double along2 = c->relative_velocity[2] + c->surface_velocity[2] + pinch_v3_dot(before, t2);
+    return 0.5 * (c->force[1] * along1 + c->force[2] * along2);
+}
+
+/* Adds the power (W) that a surface gives to bodies as it moves by itself. */
+static void add_power_of_surface(const pinch_contact *c, const pinch_own_law *own, const double *before, double *power)
+{
+    double into = speed_into(c, own);
+    if (moves_along(c) || own->carried_at > 0) *power += mean_power_of_friction(c, before);
+    for (int i = 1; i < 4; i++) *power -= c->force[i] * c->surface_velocity[i];
+    if (into > 0) *power += c->force[0] * mean_velocity(c, before);
+}
+
+/* Tells whether a body of a pair is thrown. */
+static bool is_thrown(const mover of[2], double fall)
+{
+    for (int side = 0; side < 2; side++)
+        if (of[side].body && pinch_body_is_thrown(of[side].body, of[side].solved, fall)) return true;
     return false;
 }
 
-/* Finds how far (m) a pair, whose contacts begin at *next, comes out of its overlaps, in their mean, and the force (N)
- * that these bear. Returns how many overlaps there are. *next: where the next pair begins. */
-static int way_out(const answer *a, walk *at, int *next, double *way, double *force)
+/* Finds the power of the surfaces of a group, how far its bodies come out of their overlaps, in the mean, and the work
+ * of lifting them with what lies on them. */
+static void judge_group(const answer *a, groups *g, pinch_push_part *part)
 {
-    const pinch_contact *pair = &a->problem->contacts[*next];
-    double step = a->problem->step;
+    const pinch_problem *problem = a->problem;
+    const pinch_contact *pair = &problem->contacts[g->next];
+    const mover of[2] = {mover_of(a, pair->body1), mover_of(a, pair->body2)};
+    double step = problem->step, way = 0, force = 0;
     int overlaps = 0;
-    *way = *force = 0;
-    for (; *next < a->problem->contact_count; ++*next) {
-        const pinch_contact *c = &a->problem->contacts[*next];
-        if (c->body1 != pair->body1 || c->body2 != pair->body2) break;
-        double push = push_of(c, next_law(at), step);
+    do {
+        const pinch_contact *c = &problem->contacts[g->next];
+        const pinch_own_law *own = next_law(&g->at);
+        double push = push_of(c, own, step), before[3];
+        if (!(push > 0) && !(a->island->surface_limit > 0)) continue;
+        find_velocity_before(of, c, before);
+        if (a->island->surface_limit > 0) add_power_of_surface(c, own, before, &part->power_of_surfaces);
         if (!(push > 0)) continue;
-        *way += step * pinch_smaller(mean_velocity(a, c), push);
-        *force += c->force[0];
+        way += step * pinch_smaller(mean_velocity(c, before), push);
+        force += c->force[0];
         overlaps++;
-    }
-    if (overlaps > 0) *way /= overlaps;
-    return overlaps;
+    } while (goes_on(problem, ++g->next));
+    if (overlaps == 0) return;
+    way /= overlaps;
+    double weight = pressed_by(problem, pair);
+    if (force > weight && !is_thrown(of, a->fall)) weight = fmin(force, a->weight);
+    part->lifting += way * weight;
+    part->ways += way;
+    part->leaving++;
 }
 
-/* Returns the work (J) of lifting where hard pairs come out of their overlaps: of each with what lies on it; where
- * joints may hang all bodies on them, of all bodies by the mean of their ways. */
-static double work_of_lifting(const pinch_step_context *context, const pinch_contact_store *contacts,
-                              const pinch_step_bodies *bodies, const pinch_problem *problem, const pinch_island *island)
+static void judge_some(void *argument, int first, int end)
 {
-    answer found = {bodies, island->bodies, problem};
-    double of_pairs = 0, ways = 0, all = pinch_weight_of_all(problem), fall = pinch_fall_in_step(context);
-    int pairs = 0;
-    walk at = {contacts, island, 0, 0, NULL};
-    for (int next = 0; next < problem->contact_count;) {
-        const pinch_contact *pair = &problem->contacts[next];
-        double way, force, weight = pressed_by(problem, pair);
-        if (way_out(&found, &at, &next, &way, &force) == 0) continue;
-        if (force > weight && !is_thrown(&found, pair, fall)) weight = fmin(force, all);
-        of_pairs += way * weight;
-        ways += way;
-        pairs++;
+    const answer *a = argument;
+    pinch_push_part part = {0};
+    for (groups g = groups_among(a->contacts, a->island, a->problem, first, end); g.next < g.end;)
+        judge_group(a, &g, &part);
+    a->rise->parts.items[first / PINCH_CHUNK] = part;
+}
+
+/* Finds two works (J). That of surfaces on bodies as they move by themselves: in a jam some give what others take, so
+ * that their sum counts; where it is negative, they have only taken. That of lifting where hard pairs come out of their
+ * overlaps: of each with what lies on it; where joints may hang all bodies on them, of all bodies by the mean of their
+ * ways. */
+static void judge_all(answer *a, double *of_surfaces, double *lifting)
+{
+    const pinch_island *island = a->island;
+    pinch_push_part all = {0};
+    pinch_loop(a->problem->crew, island->pairs.count, judge_some, a);
+    for (int k = 0; k < pinch_chunk_count(island->pairs.count); k++) {
+        const pinch_push_part *part = &a->rise->parts.items[k];
+        all.power_of_surfaces += part->power_of_surfaces;
+        all.lifting += part->lifting;
+        all.ways += part->ways;
+        all.leaving += part->leaving;
     }
-    bool hang_on_it = island->joints.joint_rows > 0 && pairs > 0;
-    return hang_on_it ? fmax(of_pairs, ways / pairs * all) : of_pairs;
+    *of_surfaces = fmin(fmax(a->problem->step * all.power_of_surfaces, 0), island->surface_limit);
+    bool hang_on_it = island->joints.joint_rows > 0 && all.leaving > 0;
+    *lifting = hang_on_it ? fmax(all.lifting, all.ways / all.leaving * a->weight) : all.lifting;
 }
 
 /* Tells whether a body of the contact is one of the mechanism. */
@@ -495,17 +563,18 @@ static double taken_by_drives(const pinch_contact_store *contacts, const pinch_j
 
 void pinch_judge_push(const pinch_step_context *context, const pinch_contact_store *contacts,
                       const pinch_joint_store *joints, const pinch_step_bodies *bodies, const pinch_problem *problem,
-                      pinch_island *island)
+                      pinch_rise *rise, pinch_island *island)
 {
+    answer a = {contacts, bodies, island, problem, rise, pinch_fall_in_step(context), pinch_weight_of_all(problem)};
     double lag, gain = pinch_kinetic_gain(bodies, island->bodies, problem, &lag) + lag, put_in = gain;
-    double by_contacts = INFINITY;
-    double of_surfaces = work_of_surfaces(contacts, bodies, problem, island);
+    double by_contacts = INFINITY, of_surfaces, lifting;
+    judge_all(&a, &of_surfaces, &lifting);
     if (island->joints.joint_rows > 0) {
         by_contacts = pinch_contact_work(problem);
         put_in = island->joints.work + by_contacts + lag; /* without what motors and springs of joints do */
         if (put_in > 0) put_in = fmax(put_in + taken_by_drives(contacts, joints, bodies, problem, island, put_in), 0);
     }
-    double lifting = !island->result.swept ? work_of_lifting(context, contacts, bodies, problem, island) : 0;
+    if (island->result.swept) lifting = 0;
     put_in -= of_surfaces;
     island->push_spare = fmax(lifting - fmax(put_in, 0), 0);
     put_in -= lifting;
@@ -517,7 +586,7 @@ void pinch_judge_push(const pinch_step_context *context, const pinch_contact_sto
 void pinch_close_push(const pinch_step_context *context, const pinch_problem *problem, double pace,
                       pinch_island *island)
 {
-    double fall = part_of_fall(context, problem), balance = island->push_balance - island->push_change;
+    double fall = part_of_fall(context, mass_of(problem)), balance = island->push_balance - island->push_change;
     if (balance < 0) balance = fmin(balance + island->push_spare, 0);
     island->push_balance = balance > 0 ? LEFT * balance : fmin(balance + fall, 0);
     if (fabs(island->push_balance) < fall) island->push_balance = 0;
@@ -525,25 +594,42 @@ void pinch_close_push(const pinch_step_context *context, const pinch_problem *pr
     island->push_pace = jointed ? fmin(fmax(easy ? FASTER * pace : pace, LEAST), 1) : pace;
 }
 
-void pinch_find_pushes(const pinch_contact_store *contacts, const pinch_island *island, const pinch_problem *problem,
-                       pinch_rising_contact *of)
+/* Slowing down what contacts ask for, in a loop over an island's pairs. */
+typedef struct slowing {
+    const pinch_contact_store *contacts;
+    const pinch_island *island;
+    const pinch_rise *rise;
+    double pace, bounce;
+    pinch_problem *problem;
+} slowing;
+
+/* Returns the part of a push that is not too fast. */
+static double pace_of(const slowing *s, const pinch_contact *c)
 {
-    walk at = {contacts, island, 0, 0, NULL};
-    for (int k = 0; k < problem->contact_count; k++)
-        of[k].push = push_of(&problem->contacts[k], next_law(&at), problem->step);
+    if (!s->rise->slows) return 1;
+    bool upper = first_is_upper(s->problem, s->rise, c);
+    return upward_part(s->rise, c, upper) > 0 ? s->rise->bodies.items[upper ? c->body1 : c->body2].pace : 1;
+}
+
+static void slow_some(void *argument, int first, int end)
+{
+    const slowing *s = argument;
+    walk at = {s->contacts, s->island, first, 0, NULL};
+    int last = first_contact(s->contacts, s->island, end);
+    for (int k = first_contact(s->contacts, s->island, first); k < last; k++) {
+        pinch_contact *c = &s->problem->contacts[k];
+        const pinch_own_law *own = next_law(&at);
+        if (!is_hard(c, own)) continue;
+        double push = push_of(c, own, s->problem->step), part = push > 0 ? s->pace * pace_of(s, c) : s->pace;
+        c->surface_velocity[0] += (1 - part) * push + (1 - s->bounce) * own->rebound;
+    }
 }
 
 void pinch_slow_push_out(const pinch_contact_store *contacts, const pinch_island *island, const pinch_rise *rise,
                          double pace, double bounce, pinch_problem *problem)
 {
-    walk at = {contacts, island, 0, 0, NULL};
-    for (int k = 0; k < problem->contact_count; k++) {
-        pinch_contact *c = &problem->contacts[k];
-        const pinch_own_law *own = next_law(&at);
-        if (!is_hard(c, own)) continue;
-        double part = rise->slows ? pace * rise->contacts.items[k].pace : pace;
-        c->surface_velocity[0] += (1 - part) * push_of(c, own, problem->step) + (1 - bounce) * own->rebound;
-    }
+    slowing s = {contacts, island, rise, pace, bounce, problem};
+    pinch_loop(problem->crew, island->pairs.count, slow_some, &s);
 }
 
 bool pinch_bounces_fall_short(const pinch_contact_store *contacts, const pinch_island *island,

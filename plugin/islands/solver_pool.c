@@ -52,7 +52,8 @@ static void rise_free(pinch_rise *rise)
 {
     free(rise->order.items);
     free(rise->bodies.items);
-    free(rise->contacts.items);
+    free(rise->pairs.items);
+    free(rise->parts.items);
 }
 
 void pinch_solver_pool_destroy(pinch_solver_pool *pool)
@@ -77,7 +78,8 @@ static size_t buffer_bytes(const pinch_problem_buffers *buffers)
 
 static size_t rise_bytes(const pinch_rise *rise)
 {
-    return PINCH_LIST_BYTES(rise->order) + PINCH_LIST_BYTES(rise->bodies) + PINCH_LIST_BYTES(rise->contacts);
+    return PINCH_LIST_BYTES(rise->order) + PINCH_LIST_BYTES(rise->bodies) + PINCH_LIST_BYTES(rise->pairs) +
+           PINCH_LIST_BYTES(rise->parts);
 }
 
 static size_t thread_bytes(const pinch_solver_pool *pool)
@@ -122,10 +124,10 @@ void pinch_copy_items(const pinch_problem *from, pinch_problem *to)
     memcpy(to->rows, from->rows, sizeof *to->rows * (size_t)from->row_count);
 }
 
-bool pinch_reserve_rise(pinch_rise *rise, int bodies, int contacts)
+bool pinch_reserve_rise(pinch_rise *rise, int bodies, int pairs, int parts)
 {
     return RESERVE_AND_COUNT(rise->order, bodies) && RESERVE_AND_COUNT(rise->bodies, bodies) &&
-           RESERVE_AND_COUNT(rise->contacts, contacts);
+           RESERVE_AND_COUNT(rise->pairs, pairs) && RESERVE_AND_COUNT(rise->parts, parts);
 }
 
 /*
@@ -177,7 +179,8 @@ void pinch_trim_solver_pool(pinch_solver_pool *pool, long step)
         trim_buffers(&pool->thread[k].first);
         TRIM(rise->order);
         TRIM(rise->bodies);
-        TRIM(rise->contacts);
+        TRIM(rise->pairs);
+        TRIM(rise->parts);
     }
     size_t after = thread_bytes(pool);
     if (after < before) pool->missed_above = after + (before - after) / 2;

@@ -22,30 +22,40 @@ typedef struct pinch_rising_body {
     double speed, way; /* m/s that contacts ask for, m that it goes, where those below it come up as well */
     double fastest;    /* m/s, that one contact asks for */
     double pace;       /* the part of `speed` that it, and what lies on it, may have */
-    int place;         /* by height */
-    int first;         /* its first contact with what is below it; -1: none */
+    int below, above;  /* its first pairs in which it is the upper body, or the lower one; -1: none */
+    int awaited;       /* bodies below it that have not been gone through */
 } pinch_rising_body;
 
-/* A contact that pushes bodies up. */
-typedef struct pinch_rising_contact {
-    double push;  /* m/s that its overlap asks for */
-    double lifts; /* the upward part of a push by 1 */
-    double pace;  /* the part of the push that is not too fast */
-    int below;    /* the lower body, -1 for the ground */
-    int next;     /* the next one of the upper body */
-} pinch_rising_contact;
+/* A pair of geoms whose contacts push the upper body up: the fastest of them, and the deepest. */
+typedef struct pinch_rising_pair {
+    double speed;                     /* m/s, the upward part of what an overlap asks for */
+    double way;                       /* m, that of a depth */
+    int upper, lower;                 /* its bodies, -1 for the ground */
+    int next_of_upper, next_of_lower; /* pairs */
+} pinch_rising_pair;
 
-typedef struct pinch_height {
-    double height; /* m */
-    int body;
-} pinch_height;
+/* What the contacts of a part of an island's pairs ask for before its solve, and do in it; see push_out.c. */
+typedef struct pinch_push_part {
+    double asked;             /* J that overlaps ask for */
+    double fastest, sum;      /* m/s that one of them asks for, and all */
+    double steepest;          /* 1/s, of one over its depth */
+    double surfaces;          /* m/s of the fastest surface */
+    double power_of_surfaces; /* W */
+    double lifting;           /* J of lifting where pairs come out of their overlaps, */
+    double ways;              /* m that they come out, summed over */
+    int leaving;              /* so many of them */
+} pinch_push_part;
 
 /* A thread's lists count as those of problem buffers. */
 typedef struct pinch_rise {
-    PINCH_LIST(pinch_height) order;
+    PINCH_LIST(pinch_rising_pair) pairs;
     PINCH_LIST(pinch_rising_body) bodies;
-    PINCH_LIST(pinch_rising_contact) contacts;
-    bool slows; /* the pace of a contact is less than 1 */
+    PINCH_LIST(int) order; /* of bodies: each comes after those that it lies on */
+    PINCH_LIST(pinch_push_part) parts;
+    double up[3];         /* against what presses the bodies down */
+    double acceleration;  /* m/s^2 by which it does, 0: nothing does */
+    double sum, steepest; /* as in the parts, of all */
+    bool slows;           /* the pace of a body is less than 1 */
 } pinch_rise;
 
 typedef struct pinch_solver_thread {
@@ -79,8 +89,8 @@ bool pinch_reserve_problem(pinch_problem_buffers *buffers, int bodies, int conta
 bool pinch_copy_problem(const pinch_problem *problem, pinch_problem_buffers *to, pinch_problem *copy);
 /* Copies the items of a problem to one that has as many. */
 void pinch_copy_items(const pinch_problem *from, pinch_problem *to);
-/* Makes room for the bodies and contacts of a problem. Returns false when memory runs out. */
-bool pinch_reserve_rise(pinch_rise *rise, int bodies, int contacts);
+/* Makes room for the bodies and pairs of an island, and for the parts. Returns false when memory runs out. */
+bool pinch_reserve_rise(pinch_rise *rise, int bodies, int pairs, int parts);
 void pinch_problem_buffers_free(pinch_problem_buffers *buffers);
 /* Gives back what a span of steps has not needed. */
 void pinch_trim_solver_pool(pinch_solver_pool *pool, long step);
