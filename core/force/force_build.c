@@ -216,26 +216,34 @@ static void set_proximal_terms(pinch_force_system *s, const pinch_problem *probl
     }
 }
 
+typedef struct cluster_task {
+    const pinch_force_system *system;
+    int *cluster; /* two of each element */
+} cluster_task;
+
+static void copy_clusters(void *argument, int first, int end)
+{
+    const cluster_task *task = argument;
+    for (int k = first; k < end; k++)
+        for (int side = 0; side < 2; side++) task->cluster[2 * k + side] = task->system->elements[k].cluster[side];
+}
+
 /* Lists the elements of each cluster. Returns false when memory ran out. */
 static bool find_meetings(pinch_arena *arena, pinch_force_system *s)
 {
-    int clusters = s->mobility->cluster_count;
+    int clusters = s->mobility->cluster_count, count = 2 * s->element_count;
     s->meet_first = PINCH_ARENA_ARRAY(arena, int, clusters + 2);
-    s->meets = PINCH_ARENA_ARRAY(arena, int, 2 * s->element_count + 1);
+    s->meets = PINCH_ARENA_ARRAY(arena, int, count + 1);
+    cluster_task of = {s, PINCH_ARENA_ARRAY(arena, int, count + 1)};
     if (arena->failed) return false;
+    pinch_loop(s->crew, s->element_count, copy_clusters, &of);
     memset(s->meet_first, 0, sizeof(int) * (size_t)(clusters + 2));
     int *next = s->meet_first + 1; /* where the next one goes; in the end, where those of the next cluster begin */
-    for (int pass = 0; pass < 2; pass++) {
-        for (int i = 0; i < 2 * s->element_count; i++) {
-            int cluster = s->elements[i / 2].cluster[i % 2];
-            if (cluster < 0) continue;
-            if (pass == 0)
-                next[cluster + 1]++;
-            else
-                s->meets[next[cluster]++] = i;
-        }
-        for (int c = 0; c < clusters && pass == 0; c++) next[c + 1] += next[c];
-    }
+    for (int i = 0; i < count; i++)
+        if (of.cluster[i] >= 0) next[of.cluster[i] + 1]++;
+    for (int c = 0; c < clusters; c++) next[c + 1] += next[c];
+    for (int i = 0; i < count; i++)
+        if (of.cluster[i] >= 0) s->meets[next[of.cluster[i]]++] = i;
     return true;
 }
 

@@ -123,22 +123,49 @@ typedef struct touch {
     double sinks;
 } touch;
 
-/* Contacts of the same two bodies mostly follow each other. Returns how many touches there are. */
-static int find_touches(const pinch_problem *problem, const pinch_force_system *s, const double *sinks, touch *touches)
+/* Finding touches takes all contacts, of which those of the same two bodies mostly follow each other. */
+typedef struct touch_task {
+    const pinch_problem *problem;
+    const pinch_force_system *system;
+    const double *sinks;
+    touch *touches;
+    int *count; /* per chunk, whose touches begin where its contacts do */
+} touch_task;
+
+static void find_touches(void *argument, int first, int end)
 {
+    const touch_task *task = argument;
+    int nowhere = task->problem->body_count;
+    touch *touches = task->touches + first;
     int count = 0;
-    for (int k = 0; k < problem->contact_count; k++) {
-        const pinch_contact *c = &problem->contacts[k];
-        if (!(*pinch_force_values(&s->elements[k], PINCH_FORCE_R) > 0)) continue;
-        touch t = {{c->body1 >= 0 ? c->body1 : problem->body_count, c->body2 >= 0 ? c->body2 : problem->body_count},
-                   sinks[k]};
+    for (int k = first; k < end; k++) {
+        const pinch_contact *c = &task->problem->contacts[k];
+        if (!(*pinch_force_values(&task->system->elements[k], PINCH_FORCE_R) > 0)) continue;
+        touch t = {{c->body1 >= 0 ? c->body1 : nowhere, c->body2 >= 0 ? c->body2 : nowhere}, task->sinks[k]};
         touch *last = count > 0 ? &touches[count - 1] : NULL;
         if (last && last->body[0] == t.body[0] && last->body[1] == t.body[1])
             last->sinks = pinch_smaller(last->sinks, t.sinks);
         else
             touches[count++] = t;
     }
-    return count;
+    task->count[first / PINCH_CHUNK] = count;
+}
+
+/* Returns all touches, *count of them. NULL: memory ran out. */
+static touch *list_touches(pinch_arena *arena, const pinch_problem *problem, const pinch_force_system *s,
+                           const double *sinks, int *count)
+{
+    int chunks = pinch_chunk_count(problem->contact_count);
+    touch_task task = {problem, s, sinks, PINCH_ARENA_ARRAY(arena, touch, problem->contact_count + 1),
+                       PINCH_ARENA_ARRAY(arena, int, chunks + 1)};
+    *count = 0;
+    if (arena->failed) return NULL;
+    pinch_loop(s->crew, problem->contact_count, find_touches, &task);
+    for (int k = 0; k < chunks; k++) {
+        memmove(task.touches + *count, task.touches + k * PINCH_CHUNK, sizeof(touch) * (size_t)task.count[k]);
+        *count += task.count[k];
+    }
+    return task.touches;
 }
 
 /*
@@ -154,12 +181,12 @@ static bool bodies_sink(pinch_arena *arena, const pinch_problem *problem, const 
     for (int k = 0; k < problem->contact_count; k++) sum += sinks[k];
     for (int b = 0; b < problem->body_count; b++) smallest = pinch_smaller(smallest, 2 * problem->bodies[b].radius);
     if (!(sum > MOST_SUNK * smallest)) return false;
+    int count;
     double *way = PINCH_ARENA_ARRAY(arena, double, problem->body_count + 1);
-    touch *touches = PINCH_ARENA_ARRAY(arena, touch, problem->contact_count + 1);
+    const touch *touches = list_touches(arena, problem, s, sinks, &count);
     if (arena->failed) return false;
     for (int b = 0; b < problem->body_count; b++) way[b] = INFINITY;
     way[problem->body_count] = 0; /* what does not move */
-    int count = find_touches(problem, s, sinks, touches);
     /* Bellman and Ford's method, to and fro, as contacts of bodies built one after the other mostly are in order */
     bool shorter = true, back = false;
     for (; shorter; back = !back) {

@@ -540,6 +540,42 @@ static bool is_rounding_of_tree(const pinch_problem *problem, const pinch_body *
     return sqrt(length2) <= ROUNDINGS * DBL_EPSILON * tree_motion;
 }
 
+/* Where a crew shares a check, what the parts find is the largest of each, whoever does them. Fewer items than FEW are
+ * not worth it. */
+enum { PARTS = 32, FEW = 256 };
+
+typedef struct momentum_check {
+    const pinch_problem *problem;
+    const balance *balances;
+    double found[PARTS];
+} momentum_check;
+
+static int part_of(int count, int k)
+{
+    return (int)((long long)count * k / PARTS);
+}
+
+static void check_momentum_part(void *argument, int first, int end)
+{
+    momentum_check *s = argument;
+    const pinch_problem *problem = s->problem;
+    for (int k = first; k < end; k++)
+        for (int b = part_of(problem->body_count, k); b < part_of(problem->body_count, k + 1); b++)
+            note_largest(&s->found[k], momentum_residual(problem, &problem->bodies[b], &s->balances[b]));
+}
+
+static double largest_momentum_residual(const pinch_problem *problem, const balance *balances)
+{
+    momentum_check s = {problem, balances, {0}};
+    double largest = 0;
+    if (problem->crew && problem->body_count > FEW)
+        problem->crew->parallel_for(problem->crew->context, PARTS, 1, check_momentum_part, &s);
+    else
+        check_momentum_part(&s, 0, PARTS);
+    for (int k = 0; k < PARTS; k++) note_largest(&largest, s.found[k]);
+    return largest;
+}
+
 /* The largest momentum residual. Where one is above `most`, trees and contacts are looked at. scratch: 3 doubles per
  * body */
 static void check_momentum(const pinch_problem *problem, double most, const balance *balances, double *scratch,
@@ -547,8 +583,7 @@ static void check_momentum(const pinch_problem *problem, double most, const bala
 {
     double *motion = scratch, *tree_motion = motion + problem->body_count,
            *rounding = tree_motion + problem->body_count;
-    for (int b = 0; b < problem->body_count; b++)
-        note_largest(&check->residual_max, momentum_residual(problem, &problem->bodies[b], &balances[b]));
+    note_largest(&check->residual_max, largest_momentum_residual(problem, balances));
     if (check->residual_max <= most) return;
     for (int b = 0; b < problem->body_count; b++) motion[b] = motion_of(&problem->bodies[b], &balances[b]);
     if (problem->row_count > 0) pinch_tree_motions(problem, motion, tree_motion);
@@ -581,9 +616,8 @@ static void check_some(const pinch_problem *problem, int first, int end, law_che
     }
 }
 
-/* A check that a crew shares: what the parts find is the largest of each, whoever does them. The impulses, which are
- * summed up in the order of contacts, are a part of their own, and the first. */
-enum { PARTS = 32, FEW = 256 };
+/* A check that a crew shares. The impulses, which are summed up in the order of contacts, are a part of their own, and
+ * the first. */
 typedef struct shared_check {
     const pinch_problem *problem;
     balance *balances;

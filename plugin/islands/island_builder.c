@@ -66,18 +66,23 @@ void pinch_island_graph_forget(pinch_island_graph *graph, dBodyID body)
     (void)pinch_drives_set(&graph->bodies.drives, body, NULL, 0, &driven);
 }
 
-/* Collects the bodies of all pairs, and joins those that touch. Returns false when memory runs out. */
+/* Collects the bodies of all pairs, and joins those that touch. Pairs that follow each other mostly have a body in
+ * common. Returns false when memory runs out. */
 static bool collect_bodies(pinch_step_bodies *bodies, pinch_contact_store *contacts)
 {
+    dBodyID last[2] = {NULL, NULL};
+    int place[2] = {PINCH_NOT_A_STEP_BODY, PINCH_NOT_A_STEP_BODY};
     pinch_step_bodies_clear(bodies);
     for (int i = 0; i < contacts->pairs.count; i++) {
         pinch_pair *pair = &contacts->pairs.items[i];
         if (pair->manifold.count == 0) continue;
         for (int side = 0; side < 2; side++) {
-            pair->step_body[side] = pinch_step_bodies_add(bodies, pair->body[side]);
-            if (pair->step_body[side] == PINCH_NO_ROOM_FOR_BODY) return false;
+            if (pair->body[side] != last[side]) place[side] = pinch_step_bodies_add(bodies, pair->body[side]);
+            if (place[side] == PINCH_NO_ROOM_FOR_BODY) return false;
+            last[side] = pair->body[side];
+            pair->step_body[side] = place[side];
         }
-        pinch_step_bodies_join(bodies, pair->step_body[0], pair->step_body[1]);
+        pinch_step_bodies_join(bodies, place[0], place[1]);
     }
     return true;
 }
