@@ -209,6 +209,26 @@ static void follow_overlap(const pinch_step_context *context, pinch_pair *pair, 
     estimate_pose_speed(context, pair, deepest, size);
 }
 
+/*
+ * Sets the compliances of the last step. Where a contact has become stiffer since, its elastic state shrinks (core's
+ * equation (29)). A step of another length is no change of the contact: its compliance 1/(h k + c), or what a floor has
+ * made of it, floor h W, is another one while stiffness and damping are the same; or they are others while it is the
+ * same, where a program keeps ERP and CFM. So what would have been the same compliance in a step of this length counts
+ * as the last one, where that is less.
+ */
+static void set_compliance_before(const pinch_step_context *context, const double *before, pinch_contact *c)
+{
+    double h = context->h, h_before = context->h_before;
+    pinch_v3_copy(c->compliance, before);
+    for (int kind = 0; kind < 3 && h_before > 0 && h != h_before; kind++) {
+        double now = h * c->stiffness[kind] + c->damping[kind], then = h_before * c->stiffness[kind] + c->damping[kind];
+        if (h < h_before)
+            c->compliance[kind] *= h / h_before;
+        else if (now > 0)
+            c->compliance[kind] *= then / now;
+    }
+}
+
 /* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. */
 static void apply_surface(const pinch_step_context *context, const pinch_contact_store *store, const pinch_pair *pair,
                           pair_law *law, const pinch_manifold_point *point, pinch_contact *c)
@@ -232,7 +252,7 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
     c->max_force = INFINITY;
     own->rebound = pinch_surface_apply(context, &store->surfaces.items[own->surface].surface, &conditions, c);
     own->pose_speed = conditions.pose_speed;
-    pinch_v3_copy(c->compliance, own->compliance);
+    set_compliance_before(context, own->compliance, c);
     c->floor = own->floor;
     c->hold = own->hold;
     c->hold_span = own->hold_span;
