@@ -21,8 +21,8 @@ int pinch_drive_of(const pinch_drives *drives, dBodyID body)
 /* The last drive takes the place of the one that goes. */
 static void remove_drive(pinch_drives *drives, int index)
 {
+    pinch_item_index_remove(&drives->index, drive_keys(drives), index, drives->count - 1);
     drives->items[index] = drives->items[--drives->count];
-    (void)pinch_item_index_rebuild(&drives->index, drive_keys(drives), drives->count); /* it has been larger */
 }
 
 static pinch_drive *add_drive(pinch_drives *drives, dBodyID body)

@@ -47,8 +47,8 @@ void pinch_backoff_forget(pinch_backoff *b, dBodyID body)
 {
     int place = pinch_item_index_get(&b->index, keys_of(b), &body);
     if (place < 0) return;
-    b->items[place] = b->items[--b->count];                          /* their order says nothing */
-    (void)pinch_item_index_rebuild(&b->index, keys_of(b), b->count); /* it has held as many before */
+    pinch_item_index_remove(&b->index, keys_of(b), place, b->count - 1);
+    b->items[place] = b->items[--b->count]; /* their order says nothing */
 }
 
 static int size_of(const pinch_island *island)

@@ -93,8 +93,8 @@ void pinch_accounts_forget(pinch_joint_accounts *a, dBodyID body)
 {
     int place = pinch_item_index_get(&a->index, keys_of(a), &body);
     if (place < 0) return;
-    a->items[place] = a->items[--a->count];                          /* their order says nothing */
-    (void)pinch_item_index_rebuild(&a->index, keys_of(a), a->count); /* it has held as many before */
+    pinch_item_index_remove(&a->index, keys_of(a), place, a->count - 1);
+    a->items[place] = a->items[--a->count]; /* their order says nothing */
 }
 
 /* Returns the energy (J) that a fall of one step gives to the island's bodies. */

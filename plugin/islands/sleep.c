@@ -58,8 +58,8 @@ void pinch_sleep_forget(pinch_sleep *s, dBodyID body)
 {
     int place = pinch_item_index_get(&s->index, keys_of(s), &body);
     if (place < 0) return;
-    s->items[place] = s->items[--s->count];                          /* their order says nothing */
-    (void)pinch_item_index_rebuild(&s->index, keys_of(s), s->count); /* it has held as many before */
+    pinch_item_index_remove(&s->index, keys_of(s), place, s->count - 1);
+    s->items[place] = s->items[--s->count]; /* their order says nothing */
 }
 
 static void drop_unseen(pinch_sleep *s, long now)

@@ -31,8 +31,8 @@ static void drop_unused(pinch_servos *servos, pinch_joint_servos *joint)
 {
     for (int i = 0; i < PINCH_JOINT_AXES; i++)
         if (joint->axis[i].used) return;
+    pinch_item_index_remove(&servos->index, keys_of(servos), (int)(joint - servos->items), servos->count - 1);
     *joint = servos->items[--servos->count];
-    (void)pinch_item_index_rebuild(&servos->index, keys_of(servos), servos->count); /* it has held as many */
 }
 
 pinch_status pinch_servo_set(pinch_servos *servos, dJointID joint, int axis, const pinch_servo *law)

@@ -92,6 +92,35 @@ bool pinch_item_index_add(pinch_item_index *index, pinch_item_keys keys, const v
     return true;
 }
 
+/* Returns the slot of the item at `place`, which is there. */
+static size_t slot_of(const pinch_item_index *index, pinch_item_keys keys, int place)
+{
+    size_t slot = first_slot(index, key_at(keys, (size_t)place));
+    while (index->places[slot] != (uint32_t)place + 1) slot = next_slot(index, slot);
+    return slot;
+}
+
+/* Returns how many slots `to` is behind `from`, around the end. */
+static size_t slots_between(const pinch_item_index *index, size_t from, size_t to)
+{
+    return to >= from ? to - from : to + index->capacity - from;
+}
+
+void pinch_item_index_remove(pinch_item_index *index, pinch_item_keys keys, int place, int last)
+{
+    size_t hole = slot_of(index, keys, place);
+    /* a search ends at an empty slot: what was put behind the hole for want of one before it moves up */
+    for (size_t slot = next_slot(index, hole); index->places[slot] != 0; slot = next_slot(index, slot)) {
+        size_t wanted = first_slot(index, key_at(keys, index->places[slot] - 1));
+        if (slots_between(index, wanted, slot) < slots_between(index, hole, slot)) continue;
+        index->places[hole] = index->places[slot];
+        hole = slot;
+    }
+    index->places[hole] = 0;
+    index->used--;
+    if (place != last) index->places[slot_of(index, keys, last)] = (uint32_t)place + 1;
+}
+
 bool pinch_item_index_rebuild(pinch_item_index *index, pinch_item_keys keys, int count)
 {
     const unsigned char *items = keys.items; /* NULL where there are none */

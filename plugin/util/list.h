@@ -66,6 +66,9 @@ static inline int pinch_item_index_find(const pinch_item_index *index, pinch_ite
 /* Adds a key that no item has yet. The item at `place` must hold it before the index is used again. Returns false when
  * memory runs out. */
 bool pinch_item_index_add(pinch_item_index *index, pinch_item_keys keys, const void *key, int place);
+/* Takes out the item at `place`, which the last item, at `last`, is about to replace there. Both still hold their keys;
+ * `place` may be `last`. */
+void pinch_item_index_remove(pinch_item_index *index, pinch_item_keys keys, int place, int last);
 /* Indexes the first `count` items anew after some have moved or gone. It needs no memory where the index has held as
  * many before; otherwise it returns false when memory runs out. */
 bool pinch_item_index_rebuild(pinch_item_index *index, pinch_item_keys keys, int count);

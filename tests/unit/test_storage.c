@@ -216,6 +216,37 @@ static void test_item_index(void **state)
     free(list.items);
 }
 
+/* Items that go one by one, each replaced by the last one; all that are left are still found. */
+static void test_item_index_remove(void **state)
+{
+    (void)state;
+    enum { ITEMS = 400, ROUNDS = 40 };
+    uint64_t list[ITEMS];
+    const pinch_item_keys keys = {list, sizeof *list, 0};
+    pinch_item_index index = {0};
+    pinch_random random;
+    pinch_random_seed(&random, 10);
+    for (int round = 0; round < ROUNDS; round++) {
+        int count = 1 + draw_index(&random, ITEMS), left = round % 2 ? draw_index(&random, count) : 0;
+        for (int i = 0; i < count; i++) { /* pointers, numbers in a row, or any */
+            uint64_t any = pinch_random_next(&random);
+            list[i] = round % 4 == 0 ? 0x7f0000000000u + 16 * (uint64_t)i : round % 4 == 1 ? (uint64_t)i : any;
+            assert_true(pinch_item_index_add(&index, keys, &list[i], i));
+        }
+        while (count > left) {
+            int place = draw_index(&random, count);
+            uint64_t gone = list[place];
+            pinch_item_index_remove(&index, keys, place, count - 1);
+            list[place] = list[--count];
+            assert_int_equal(index.used, count);
+            assert_int_equal(pinch_item_index_get(&index, keys, &gone), -1);
+            for (int i = 0; i < count; i++) assert_int_equal(pinch_item_index_get(&index, keys, &list[i]), i);
+        }
+        pinch_item_index_clear(&index);
+    }
+    pinch_item_index_free(&index);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -226,6 +257,7 @@ int main(void)
         cmocka_unit_test(test_arena_is_trimmed),
         cmocka_unit_test(test_arena_out_of_memory),
         cmocka_unit_test(test_item_index),
+        cmocka_unit_test(test_item_index_remove),
     };
     return cmocka_run_group_tests_name("arena and item index", tests, NULL, NULL);
 }
