@@ -108,16 +108,18 @@ pinch_status pinch_ode_set_body_count(pinch_ode *p, int count)
 
 /* ---- what is handed over ---- */
 
+/* Where contacts go, in which no pair of a geom or body is left that is forgotten. */
 static pinch_contact_sink sink_of(pinch_ode *p)
 {
+    if (p->contacts.forgot_pairs) pinch_drop_forgotten(p);
     return (pinch_contact_sink){&p->contacts, &p->context, &p->graph.bodies.drives, &p->stats};
 }
 
 pinch_status pinch_ode_add_contact(pinch_ode *p, const dContact *contact, dBodyID body1, dBodyID body2)
 {
     if (!p || !contact || p->solved) return PINCH_INVALID_ARGUMENT;
-    if (p->pool.workers) pinch_expect_step(p);
     const pinch_contact_sink sink = sink_of(p);
+    if (p->pool.workers) pinch_expect_step(p);
     return pinch_buffer_contact(&sink, contact, body1, body2);
 }
 
@@ -153,8 +155,8 @@ pinch_status pinch_add_joint_between(pinch_ode *p, dJointID joint, const dBodyID
 {
     if (p->solved) return PINCH_INVALID_ARGUMENT;
     pinch_contact_joint own = {joint, {body[0], body[1]}, false};
-    if (p->pool.workers) pinch_expect_step(p);
     const pinch_contact_sink sink = sink_of(p);
+    if (p->pool.workers) pinch_expect_step(p);
     return pinch_buffer_contact_joint(&sink, &own, contact);
 }
 
@@ -178,18 +180,26 @@ pinch_status pinch_ode_forget_geom(pinch_ode *p, dGeomID geom)
     pinch_near_forget(&p->detection.near, geom);
     int index = pinch_find_geom(&p->contacts, geom);
     if (index < 0) return PINCH_OK;
-    pinch_drop_pairs_of(&p->contacts, index);
+    pinch_forget_pairs_of(&p->contacts, index);
     pinch_forget_side(&p->contacts, geom, NULL);
     return PINCH_OK;
+}
+
+/* Returns false when memory runs out. */
+static bool note_forgotten(pinch_ode *p, dBodyID body)
+{
+    if (pinch_forget_pairs_of_body(&p->contacts, body)) return true;
+    pinch_drop_forgotten(p); /* makes room */
+    return pinch_forget_pairs_of_body(&p->contacts, body);
 }
 
 pinch_status pinch_ode_forget_body(pinch_ode *p, dBodyID body)
 {
     if (!p || !body || p->solved) return PINCH_INVALID_ARGUMENT;
-    pinch_drop_pairs_of_body(&p->contacts, body);
+    if (!note_forgotten(p, body)) return PINCH_OUT_OF_MEMORY;
     pinch_forget_side(&p->contacts, NULL, body);
     pinch_island_graph_forget(&p->graph, body);
-    pinch_joint_store_forget_body(&p->joints, body);
+    pinch_joint_poses_forget_body(p->joints.poses, body);
     p->contacts.same_bodies =
         false; /* islands are built anew: they are compared by the addresses of bodies and joints */
     return PINCH_OK;

@@ -26,5 +26,8 @@ struct pinch_ode {
 
 /* step.c: wakes the threads up, which takes a while, when most contacts of a step have been handed over. */
 void pinch_expect_step(pinch_ode *p);
+/* step.c: drops what is kept of geoms and bodies that are forgotten, once for all of them. To be called before pairs,
+ * islands and joints are used. */
+void pinch_drop_forgotten(pinch_ode *p);
 
 #endif

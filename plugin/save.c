@@ -108,6 +108,7 @@ pinch_status pinch_ode_save(pinch_ode *p, const pinch_ode_parts *parts, void *da
 {
     if (!p || !parts || !size || !between_steps(p)) return PINCH_INVALID_ARGUMENT;
     size_t room = *size, written = 0;
+    pinch_drop_forgotten(p);
     pinch_status status = write_all(p, parts, NULL, &written);
     if (status != PINCH_OK) return status;
     *size = written + sizeof(uint64_t);

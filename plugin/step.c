@@ -340,6 +340,15 @@ static pinch_status abandon(pinch_ode *p, pinch_status status)
     return status;
 }
 
+void pinch_drop_forgotten(pinch_ode *p)
+{
+    pinch_joint_poses_drop_forgotten(p->joints.poses);
+    if (!p->contacts.forgot_pairs) return;
+    pinch_forget_memories(&p->graph, &p->contacts.forgotten_bodies);
+    pinch_hinge_references_forget_bodies(&p->joints.references, &p->contacts.forgotten_bodies);
+    pinch_drop_forgotten_pairs(&p->contacts, p->context.number);
+}
+
 /* Makes room for all islands' problems at once, where they have to stay. */
 static bool keep_problems(pinch_ode *p)
 {
@@ -362,6 +371,7 @@ pinch_status pinch_ode_solve(pinch_ode *p, double h)
     if (!p || !(h > 0) || !isfinite(h) || p->solved) return PINCH_INVALID_ARGUMENT;
     call_threads(p);
     watch_world(p, h);
+    pinch_drop_forgotten(p);
     if (!build_islands(p)) {
         p->graph.count = 0; /* none has been solved */
         return abandon(p, PINCH_OUT_OF_MEMORY);

@@ -33,6 +33,7 @@ static void free_contents(pinch_contact_store *store)
     LISTS(FREE_LIST);
     for (int i = 0; i < PINCH_ODE_MOST_THREADS; i++) free(store->detected[i].items);
     INDICES(FREE_INDEX);
+    pinch_key_map_free(&store->forgotten_bodies);
     pinch_block_pool_free(&store->points);
     pinch_block_pool_free(&store->own_laws);
 }
@@ -56,6 +57,7 @@ size_t pinch_contact_store_bytes(const pinch_contact_store *store)
     LISTS(ADD_LIST);
     for (int i = 0; i < PINCH_ODE_MOST_THREADS; i++) bytes += PINCH_LIST_BYTES(store->detected[i]);
     INDICES(ADD_INDEX);
+    bytes += PINCH_LIST_BYTES(store->forgotten_bodies.entries) + pinch_item_index_bytes(&store->forgotten_bodies.index);
     return bytes;
 }
 

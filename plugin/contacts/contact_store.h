@@ -13,6 +13,7 @@
 #include "contacts/manifold.h"
 #include "contacts/surface.h"
 #include "util/block_pool.h"
+#include "util/key_map.h"
 #include "util/list.h"
 #include "util/prefetch.h"
 
@@ -30,6 +31,7 @@ typedef struct pinch_geom_record {
     dBodyID body; /* where the geom is not known; NULL: the world */
     double size;  /* diagonal of its bounding box when first seen, m; infinite for a plane; < 0: not measured yet */
     int material; /* index, -1 for none */
+    bool forgot;  /* the pairs that it is in are forgotten */
 } pinch_geom_record;
 
 /* A material that one or more geoms share. */
@@ -97,13 +99,13 @@ typedef struct pinch_pair {
 /* A contact as it was handed over. What comes in the same place in the next step mostly is the same one again. */
 typedef struct pinch_buffered_contact {
     double found[7]; /* position, normal, depth */
-    int pair;
-    int next;      /* the pair's next contact, -1 for its last */
-    int surface;   /* index of its surface parameters, -1: the pair has a material */
-    int direction; /* index of the first friction direction that the program gave, -1 for none */
-    int joint;     /* index of the contact joint it came with, -1 for none */
-    int8_t point;  /* its place in the manifold, -1 for none */
-    bool swapped;  /* the pair's first geom is the contact's second */
+    int pair;        /* -1: it was forgotten after this came */
+    int next;        /* the pair's next contact, -1 for its last */
+    int surface;     /* index of its surface parameters, -1: the pair has a material */
+    int direction;   /* index of the first friction direction that the program gave, -1 for none */
+    int joint;       /* index of the contact joint it came with, -1 for none */
+    int8_t point;    /* its place in the manifold, -1 for none */
+    bool swapped;    /* the pair's first geom is the contact's second */
     /* of a pair's first contact that one of several threads takes: of the pair, in the last step; and now */
     bool was_prescribed, unchanged;
 } pinch_buffered_contact;
@@ -131,6 +133,8 @@ typedef struct pinch_contact_store {
 
     PINCH_LIST(pinch_pair) pairs;
     pinch_item_index pair_index;
+    bool forgot_pairs;                 /* some of them are, and go before the next contact comes: */
+    pinch_key_map forgotten_bodies;    /* those of these, and of geoms that forgot theirs */
     PINCH_LIST(int) pairs_by_island;   /* indices of the pairs that have points, island by island */
     pinch_block_pool points, own_laws; /* of the pairs' manifolds */
     PINCH_LIST(pinch_detected_point) detected[PINCH_ODE_MOST_THREADS]; /* scratch of each worker */
@@ -187,7 +191,7 @@ int pinch_find_geom(const pinch_contact_store *store, dGeomID geom);
 /* Returns the index of a geom's record, or of a body's, or the world's, where the geom is NULL; it is made where there
  * is none. -1 when memory runs out. */
 int pinch_add_side(pinch_contact_store *store, dGeomID geom, dBodyID body);
-/* Forgets a side, which has to be in no pair any more: a geom, or a body where the geom is NULL. The material stays. */
+/* Forgets a side, whose pairs have to be forgotten: a geom, or a body where the geom is NULL. The material stays. */
 void pinch_forget_side(pinch_contact_store *store, dGeomID geom, dBodyID body);
 /* Tells whether a geom can have a pose: a plane has none, and a heightfield only where it was made so. */
 bool pinch_geom_has_pose(dGeomID geom);

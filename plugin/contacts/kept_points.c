@@ -162,7 +162,7 @@ static bool is_handed_over(const pinch_kept_points *kept, const double *place, d
         if (distance2(place, store->buffer.items[b].found) <= nearer2) return true;
     for (int b = 0; b < store->buffer.count; b++) {
         const pinch_buffered_contact *contact = &store->buffer.items[b];
-        if (distance2(place, contact->found) <= nearer2 &&
+        if (contact->pair >= 0 && distance2(place, contact->found) <= nearer2 &&
             has_bodies_of(kept->pair, &store->pairs.items[contact->pair]))
             return true;
     }

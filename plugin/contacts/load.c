@@ -1,5 +1,6 @@
 /* What the contacts of one geom exert together. */
 #include "contacts/contact_store.h"
+#include "contacts/pairs.h"
 
 #include "support/vec3.h"
 
@@ -80,6 +81,7 @@ pinch_status pinch_sum_load(const pinch_contact_store *store, dGeomID geom, dGeo
         bool meant = pair->id[side] == geom && (!partner || pair->id[1 - side] == partner);
         /* a pair that came after the step has no results yet */
         if (!meant || pair->first_result + pair->manifold.count > store->results.count) continue;
+        if (pinch_pair_is_forgotten(store, pair)) continue;
         add_pair(store, pair, side ? -1 : 1, centre, &sums, load);
     }
     if (load->points == 0) return PINCH_OK;

@@ -234,7 +234,7 @@ pinch_status pinch_set_material(pinch_contact_store *store, dGeomID geom, const 
     if (before && material && is_same(before, material)) return PINCH_OK;
     int now = material ? index_of(store, material) : -1;
     if (material && now < 0) return PINCH_OUT_OF_MEMORY;
-    if (!before != !material) pinch_drop_pairs_of(store, index); /* another law has another history */
+    if (!before != !material) pinch_forget_pairs_of(store, index); /* another law has another history */
     pinch_invalidate_step_cache(store);
     if (material && material->hertz_modulus > 0) store->laws_follow_poses = true; /* curvatures depend on the pose */
     int *place = &store->geoms.items[index].material;

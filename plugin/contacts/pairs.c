@@ -60,33 +60,31 @@ static void tell_pair(pinch_contact_store *store, const pinch_pair *pair, int pl
     for (int b = pair->first_buffered; b >= 0; b = store->buffer.items[b].next) store->buffer.items[b].pair = place;
 }
 
-/* Which pairs go: those of a geom (>= 0), or of a body, or, where both are none, those that were not handed over for
- * step `now`. */
-typedef struct leaving_pairs {
-    int geom;
-    dBodyID body;
-    long now;
-} leaving_pairs;
-
-static bool goes(const pinch_pair *pair, const leaving_pairs *which)
+static bool is_forgotten_body(const pinch_contact_store *store, dBodyID body)
 {
-    if (which->body) return pair->body[0] == which->body || pair->body[1] == which->body;
-    if (which->geom >= 0) return pair->geom[0] == which->geom || pair->geom[1] == which->geom;
-    return pair->last_step != which->now;
+    return body && pinch_key_map_get(&store->forgotten_bodies, (uintptr_t)body) >= 0;
 }
 
-/* Returns whether there were any. */
-static bool drop_pairs(pinch_contact_store *store, const leaving_pairs *which)
+bool pinch_pair_is_forgotten(const pinch_contact_store *store, const pinch_pair *pair)
+{
+    return store->forgot_pairs &&
+           (store->geoms.items[pair->geom[0]].forgot || store->geoms.items[pair->geom[1]].forgot ||
+            is_forgotten_body(store, pair->body[0]) || is_forgotten_body(store, pair->body[1]));
+}
+
+/* Drops the pairs that are forgotten, or else those that were not handed over for step `now`. Returns whether there
+ * were any. The contacts of this step know where their pairs are afterwards, or that they are gone. */
+static bool drop_pairs(pinch_contact_store *store, bool forgotten, long now)
 {
     int kept = 0;
-    bool in_step = which->geom < 0 && !which->body;
     for (int i = 0; i < store->pairs.count; i++) {
         pinch_pair *pair = &store->pairs.items[i];
-        if (goes(pair, which)) {
+        bool in_step = pair->last_step == now, leaves = forgotten ? pinch_pair_is_forgotten(store, pair) : !in_step;
+        if (in_step && (leaves || kept != i)) tell_pair(store, pair, leaves ? -1 : kept);
+        if (leaves) {
             pinch_clear_pair(store, pair);
             continue;
         }
-        if (kept != i && in_step) tell_pair(store, pair, kept);
         if (kept != i) store->pairs.items[kept] = *pair;
         kept++;
     }
@@ -96,14 +94,25 @@ static bool drop_pairs(pinch_contact_store *store, const leaving_pairs *which)
     return true;
 }
 
-void pinch_drop_pairs_of(pinch_contact_store *store, int geom)
+void pinch_forget_pairs_of(pinch_contact_store *store, int geom)
 {
-    if (drop_pairs(store, &(leaving_pairs){.geom = geom})) pinch_invalidate_step_cache(store);
+    store->geoms.items[geom].forgot = store->forgot_pairs = true;
 }
 
-void pinch_drop_pairs_of_body(pinch_contact_store *store, dBodyID body)
+bool pinch_forget_pairs_of_body(pinch_contact_store *store, dBodyID body)
 {
-    if (drop_pairs(store, &(leaving_pairs){.geom = -1, .body = body})) pinch_invalidate_step_cache(store);
+    if (!pinch_key_map_set(&store->forgotten_bodies, (uintptr_t)body, 1)) return false;
+    store->forgot_pairs = true;
+    return true;
+}
+
+void pinch_drop_forgotten_pairs(pinch_contact_store *store, long now)
+{
+    if (!store->forgot_pairs) return;
+    if (drop_pairs(store, true, now)) pinch_invalidate_step_cache(store);
+    for (int i = 0; i < store->geoms.count; i++) store->geoms.items[i].forgot = false;
+    pinch_key_map_clear(&store->forgotten_bodies);
+    store->forgot_pairs = false;
 }
 
 /* Stores the points in a block of their own size. Returns false when memory runs out. */
@@ -428,8 +437,7 @@ bool pinch_pairs_update(pinch_contact_store *store, const pinch_step_context *co
     store->unchanged = store->unchanged && store->buffer.count == store->buffered_before;
     store->same_points = store->unchanged;
     if (store->unchanged) return true;
-    if (!store->all_pairs_came && drop_pairs(store, &(leaving_pairs){.geom = -1, .now = context->number}))
-        store->same_bodies = false;
+    if (!store->all_pairs_came && drop_pairs(store, false, context->number)) store->same_bodies = false;
     store->buffered_before = store->same_places ? store->buffer.count : -1;
     store->directions_before = store->same_places ? store->directions.count : -1;
     update_task task = {store, &context->settings, workers != NULL, false, false};

@@ -89,11 +89,17 @@ static void forget_geom_in(pinch_live_world *live, dGeomID geom)
     if (live->plugin) (void)pinch_ode_forget_geom(live->plugin, geom);
 }
 
+static void forget_body_in(pinch_live_world *live, dBodyID body)
+{
+    if (live->plugin && pinch_ode_forget_body(live->plugin, body) == PINCH_OK) return;
+    pinch_joint_poses_forget_body(&live->joint_poses, body);
+    live->waiting_lost = live->waiting_lost || live->plugin;
+}
+
 void pinch_layer_forget(pinch_live_world *live, const pinch_layer_gone *gone)
 {
     if (gone->geom) forget_geom_in(live, gone->geom);
-    if (gone->body && live->plugin) (void)pinch_ode_forget_body(live->plugin, gone->body);
-    if (gone->body && !live->plugin) pinch_joint_poses_forget_body(&live->joint_poses, gone->body);
+    if (gone->body) forget_body_in(live, gone->body);
     if (gone->joint && live->plugin) (void)pinch_ode_forget_joint(live->plugin, gone->joint);
     if (gone->joint && !live->plugin) pinch_joint_poses_forget_joint(&live->joint_poses, gone->joint);
 }

@@ -59,11 +59,11 @@ struct pinch_live_world {
     pinch_ode *plugin;                    /* NULL: no contact yet */
     bool busy;                            /* a step is under way: the plugin is that thread's */
     PINCH_LIST(pinch_layer_gone) waiting; /* destroyed meanwhile, for the plugin to forget */
-    bool waiting_lost;                    /* memory ran out for the list: the plugin starts afresh */
-    bool asleep;                          /* all that touches or has joints was disabled when it was last stepped */
-    bool to_reset;                        /* the statistics were reset meanwhile, those of the plugin will be */
-    bool moved_callbacks;                 /* a body of it has had one: ODE moves all of them, and calls them */
-    bool told;                            /* that something in it was left to ODE for a while */
+    bool waiting_lost;    /* memory ran out for the list, or for what the plugin forgets: it starts afresh */
+    bool asleep;          /* all that touches or has joints was disabled when it was last stepped */
+    bool to_reset;        /* the statistics were reset meanwhile, those of the plugin will be */
+    bool moved_callbacks; /* a body of it has had one: ODE moves all of them, and calls them */
+    bool told;            /* that something in it was left to ODE for a while */
     PINCH_LIST(pinch_layer_material) materials;
 
     pinch_dropin_stats stats; /* .ode: of plugins that are gone */

@@ -46,20 +46,20 @@ static void forget_handed(pinch_island_graph *graph, dBodyID body)
     graph->handed.count = kept;
 }
 
-/* A memory is tagged with its island's first body. */
-static void forget_memories(pinch_island_graph *graph, dBodyID body)
+void pinch_forget_memories(pinch_island_graph *graph, const pinch_key_map *bodies)
 {
     static const pinch_step_factors none;
-    for (int k = 0; k < graph->memories.count; k++)
-        if (pinch_step_memory_read(graph->memories.items[k]).tag == (uint64_t)(uintptr_t)body)
+    for (int k = 0; k < graph->memories.count && bodies->entries.count > 0; k++) {
+        uint64_t first = pinch_step_memory_read(graph->memories.items[k]).tag; /* of its island's bodies */
+        if (pinch_key_map_get(bodies, first) >= 0)
             (void)pinch_step_memory_write(graph->memories.items[k], &none); /* takes no memory */
+    }
 }
 
 void pinch_island_graph_forget(pinch_island_graph *graph, dBodyID body)
 {
     bool driven;
     forget_handed(graph, body);
-    forget_memories(graph, body);
     pinch_backoff_forget(&graph->backoff, body);
     pinch_accounts_forget(&graph->accounts, body);
     pinch_sleep_forget(&graph->sleep, body);

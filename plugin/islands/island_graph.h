@@ -244,8 +244,12 @@ void pinch_release_sleep_of_ode(pinch_island_graph *graph);
 void pinch_backoff_forget(pinch_backoff *backoff, dBodyID body);
 void pinch_accounts_forget(pinch_joint_accounts *accounts, dBodyID body);
 void pinch_sleep_forget(pinch_sleep *sleep, dBodyID body);
-/* island_builder.c: all of it, drives and memories included. */
+/* island_builder.c: all of it, drives included, but not memories. */
 void pinch_island_graph_forget(pinch_island_graph *graph, dBodyID body);
+/* island_builder.c: forgets the memories of islands that began with one of these bodies. To be called before islands
+ * are solved, for all that were forgotten: a walk through the memories for each would take the square of their number.
+ */
+void pinch_forget_memories(pinch_island_graph *graph, const pinch_key_map *bodies);
 
 void pinch_island_graph_free(pinch_island_graph *graph);
 size_t pinch_island_graph_bytes(const pinch_island_graph *graph);

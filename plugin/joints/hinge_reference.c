@@ -185,11 +185,16 @@ static void forget(pinch_hinge_reference *r)
     *r = (pinch_hinge_reference){.joint = r->joint, .seen = r->seen};
 }
 
-void pinch_hinge_references_forget_body(pinch_hinge_references *references, dBodyID body)
+static bool is_among(const pinch_key_map *bodies, dBodyID body)
 {
-    for (int k = 0; k < references->count; k++) {
+    return body && pinch_key_map_get(bodies, (uintptr_t)body) >= 0;
+}
+
+void pinch_hinge_references_forget_bodies(pinch_hinge_references *references, const pinch_key_map *bodies)
+{
+    for (int k = 0; k < references->count && bodies->entries.count > 0; k++) {
         pinch_hinge_reference *r = &references->items[k];
-        if (r->body[0] == body || r->body[1] == body) forget(r);
+        if (is_among(bodies, r->body[0]) || is_among(bodies, r->body[1])) forget(r);
     }
 }
 

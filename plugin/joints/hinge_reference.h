@@ -16,6 +16,7 @@
 #ifndef PINCH_JOINTS_HINGE_REFERENCE_H
 #define PINCH_JOINTS_HINGE_REFERENCE_H
 
+#include "util/key_map.h"
 #include "util/list.h"
 
 #include <ode/ode.h>
@@ -52,8 +53,8 @@ void pinch_keep_hinge_reference(pinch_hinge_references *references, int referenc
 /* Returns the axis in the second body's frame, in axis2; NULL where it is not known or not reliable. */
 const double *pinch_hinge_reference_axis(pinch_hinge_references *references, int reference, dBodyID body, long step,
                                          double axis2[3]);
-/* Takes back what is known of hinges on a body, or of a hinge. */
-void pinch_hinge_references_forget_body(pinch_hinge_references *references, dBodyID body);
+/* Takes back what is known of hinges on bodies, or of a hinge. */
+void pinch_hinge_references_forget_bodies(pinch_hinge_references *references, const pinch_key_map *bodies);
 void pinch_hinge_references_forget_joint(pinch_hinge_references *references, dJointID joint);
 /* Drops references that nobody has asked for in a long time. Returns false when memory runs out. */
 bool pinch_sweep_hinge_references(pinch_hinge_references *references, long step);

@@ -169,13 +169,44 @@ static pinch_joint_pose *record_of(pinch_joint_poses *poses, dJointID joint)
     return &poses->items[index];
 }
 
+/* Tells whether the body was forgotten after the pose was noted. */
+static bool is_forgotten(const pinch_joint_poses *poses, const pinch_joint_pose *pose, dBodyID body)
+{
+    return body && pinch_key_map_get(&poses->forgotten, (uintptr_t)body) > pose->noted;
+}
+
+static void drop_noted(pinch_joint_pose *pose)
+{
+    pose->known = 0;
+    pose->body[0] = pose->body[1] = NULL; /* a joint that ties something has a first body */
+}
+
+static void drop_if_forgotten(const pinch_joint_poses *poses, pinch_joint_pose *pose)
+{
+    if (stays_with_joint(pose->type) || poses->forgotten_count == 0) return;
+    if (is_forgotten(poses, pose, pose->body[0]) || is_forgotten(poses, pose, pose->body[1])) drop_noted(pose);
+}
+
+void pinch_joint_poses_drop_forgotten(pinch_joint_poses *poses)
+{
+    if (poses->forgotten_count == 0) return;
+    for (int k = 0; k < poses->count; k++) {
+        drop_if_forgotten(poses, &poses->items[k]);
+        poses->items[k].noted = 0;
+    }
+    poses->forgotten_count = 0;
+    pinch_key_map_clear(&poses->forgotten);
+}
+
 bool pinch_joint_pose_keep(pinch_joint_poses *poses, const pinch_joint_pose *pose)
 {
     pinch_joint_pose *record = record_of(poses, pose->joint);
     if (!record) return false;
+    drop_if_forgotten(poses, record);
     pinch_joint_pose was = *record;
     bool same = was.type == pose->type && was.body[0] == pose->body[0] && was.body[1] == pose->body[1];
     *record = *pose;
+    record->noted = poses->forgotten_count;
     unsigned still = same ? was.known & ~pose->known : 0;
     if (still & PINCH_KNOWS_TURN) {
         memcpy(record->turn, was.turn, sizeof was.turn);
@@ -196,11 +227,15 @@ void pinch_joint_pose_forget(pinch_joint_poses *poses, dJointID joint, unsigned 
 
 void pinch_joint_poses_forget_body(pinch_joint_poses *poses, dBodyID body)
 {
-    for (int k = 0; k < poses->count; k++) {
+    if (poses->forgotten_count >= poses->count) pinch_joint_poses_drop_forgotten(poses); /* where nobody reads them */
+    if (poses->count == 0) return;
+    if (pinch_key_map_set(&poses->forgotten, (uintptr_t)body, poses->forgotten_count + 1)) {
+        poses->forgotten_count++;
+        return;
+    }
+    for (int k = 0; k < poses->count; k++) { /* no memory for the name */
         pinch_joint_pose *pose = &poses->items[k];
-        if (stays_with_joint(pose->type) || (pose->body[0] != body && pose->body[1] != body)) continue;
-        pose->known = 0;
-        pose->body[0] = pose->body[1] = NULL; /* a joint that ties something has a first body */
+        if (!stays_with_joint(pose->type) && (pose->body[0] == body || pose->body[1] == body)) drop_noted(pose);
     }
 }
 
@@ -266,6 +301,7 @@ pinch_joint_pose *pinch_joint_pose_of(const pinch_joint_poses *poses, dJointID j
 void pinch_joint_poses_free(pinch_joint_poses *poses)
 {
     pinch_item_index_free(&poses->index);
+    pinch_key_map_free(&poses->forgotten);
     free(poses->items);
     memset(poses, 0, sizeof *poses);
 }

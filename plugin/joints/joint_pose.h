@@ -9,6 +9,7 @@
 #ifndef PINCH_JOINTS_JOINT_POSE_H
 #define PINCH_JOINTS_JOINT_POSE_H
 
+#include "util/key_map.h"
 #include "util/list.h"
 
 #include <ode/ode.h>
@@ -39,6 +40,7 @@ typedef struct pinch_joint_pose {
     dJointType type;
     dBodyID body[2];
     unsigned known;
+    int noted;           /* when: after so many bodies were forgotten, see pinch_joint_poses */
     dVector3 offset;     /* of fixed joints and sliders x1 - x2: in the first body's frame for a fixed joint, in the
                           * second's for a slider; x1 where there is no second body. Of joints with a prismatic axis the
                           * anchor in the first body's frame */
@@ -57,10 +59,17 @@ typedef struct pinch_joint_pose {
     };
 } pinch_joint_pose;
 
+/*
+ * What was noted between a forgotten body and others stays until all such is dropped at once: a walk through the notes
+ * for each body would take the square of their number. Meanwhile the address of the body may be another one's. A note
+ * is of the one that is gone if that was forgotten after it was made.
+ */
 typedef struct pinch_joint_poses {
     pinch_joint_pose *items;
     int count, room;
     pinch_item_index index;
+    pinch_key_map forgotten; /* bodies, and when each was forgotten last: as number 1, 2 ... */
+    int forgotten_count;     /* these numbers so far */
 } pinch_joint_poses;
 
 /* Reads the pose that the joint's bodies have now, and says in pose->known what a joint of its type keeps of it.
@@ -74,6 +83,8 @@ void pinch_joint_pose_forget(pinch_joint_poses *poses, dJointID joint, unsigned 
 
 /* Takes back what was noted between a body and others, or of a joint. */
 void pinch_joint_poses_forget_body(pinch_joint_poses *poses, dBodyID body);
+/* Drops what has been taken back. To be called before poses are read. */
+void pinch_joint_poses_drop_forgotten(pinch_joint_poses *poses);
 void pinch_joint_poses_forget_joint(pinch_joint_poses *poses, dJointID joint);
 
 /* A plane joint has been made: it has no motors yet, and they have the world's CFM, as it is now. A linear motor has

@@ -291,9 +291,3 @@ void pinch_joint_store_forget_joint(pinch_joint_store *store, dJointID joint)
     pinch_hinge_references_forget_joint(&store->references, joint);
     pinch_joint_poses_forget_joint(store->poses, joint);
 }
-
-void pinch_joint_store_forget_body(pinch_joint_store *store, dBodyID body)
-{
-    pinch_hinge_references_forget_body(&store->references, body);
-    pinch_joint_poses_forget_body(store->poses, body);
-}

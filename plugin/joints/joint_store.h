@@ -151,10 +151,9 @@ bool pinch_same_joints_and_bodies(const pinch_joint_store *store, pinch_step_bod
 /* Follows hinges on kinematic bodies through a step that does not collect joints. */
 void pinch_update_kinematic_hinges(pinch_joint_store *store, long step);
 
-/* Forgets a joint, or a body: what ODE puts in the same place of memory is another one. The caller has joints collected
+/* Forgets a joint: what ODE puts in the same place of memory is another one. The caller has joints collected
  * anew. */
 void pinch_joint_store_forget_joint(pinch_joint_store *store, dJointID joint);
-void pinch_joint_store_forget_body(pinch_joint_store *store, dBodyID body);
 
 /* Returns the index of the first of a body's joints in ODE's list that may be no contact joint of Pinch's. */
 int pinch_first_joint(const pinch_step_body *body);

@@ -1,6 +1,7 @@
 /* The plugin keeps the state of joints that ODE does not show, for one joint and its bodies, until it is told anew. */
 #include "support/cmocka_all.h"
 
+#include "joints/hinge_reference.h"
 #include "joints/joint_pose.h"
 
 #include <string.h>
@@ -116,14 +117,98 @@ static void test_parts_are_kept_by_themselves(void **state)
     dWorldDestroy(world);
 }
 
+/* Notes `things` of a joint's pose. */
+static void note(pinch_joint_poses *poses, dJointID joint, unsigned things)
+{
+    pinch_joint_pose pose;
+    assert_true(pinch_joint_pose_now(joint, &pose));
+    pose.known &= things;
+    assert_true(pinch_joint_pose_keep(poses, &pose));
+}
+
+static unsigned known(const pinch_joint_poses *poses, dJointID joint)
+{
+    dBodyID bodies[2];
+    int hint = 0;
+    assert_true(pinch_joint_bodies(joint, bodies));
+    const pinch_joint_pose *pose = pinch_joint_pose_of(poses, joint, bodies, &hint);
+    return pose ? pose->known : 0;
+}
+
+/* What was noted with a body goes when that is forgotten. What is noted after it, with another one at its address,
+ * stays: here that is the same one. */
+static void test_a_body_is_forgotten(void **state)
+{
+    enum { BODIES = 6, BOTH = PINCH_KNOWS_TURN | PINCH_KNOWS_OFFSET };
+    (void)state;
+    dWorldID world = dWorldCreate();
+    dBodyID bodies[BODIES];
+    dJointID joints[BODIES]; /* between two bodies that follow each other */
+    pinch_joint_poses poses;
+    memset(&poses, 0, sizeof poses);
+    for (int i = 0; i < BODIES; i++) bodies[i] = dBodyCreate(world);
+    pinch_joint_poses_forget_body(&poses, bodies[0]); /* nothing is noted yet */
+    for (int i = 0; i < BODIES; i++) {
+        joints[i] = dJointCreateSlider(world, NULL);
+        dJointAttach(joints[i], bodies[i], bodies[(i + 1) % BODIES]);
+        note(&poses, joints[i], BOTH);
+    }
+    for (int round = 0; round < 3; round++) {
+        pinch_joint_poses_forget_body(&poses, bodies[1]);
+        note(&poses, joints[1], BOTH); /* with the next one */
+        pinch_joint_poses_forget_body(&poses, bodies[4]);
+        note(&poses, joints[3], PINCH_KNOWS_TURN); /* its offset is the other's */
+        pinch_joint_poses_drop_forgotten(&poses);
+        const unsigned wanted[BODIES] = {0, BOTH, BOTH, PINCH_KNOWS_TURN, 0, BOTH};
+        for (int i = 0; i < BODIES; i++) assert_int_equal(known(&poses, joints[i]), wanted[i]);
+        for (int i = 0; i < BODIES; i++) note(&poses, joints[i], BOTH);
+    }
+    for (int i = 0; i < 10 * BODIES; i++) pinch_joint_poses_forget_body(&poses, bodies[2]); /* nobody reads */
+    assert_true(poses.forgotten_count <= BODIES);
+    pinch_joint_poses_drop_forgotten(&poses);
+    for (int i = 0; i < BODIES; i++) assert_int_equal(known(&poses, joints[i]), i == 1 || i == 2 ? 0 : BOTH);
+    pinch_joint_poses_free(&poses);
+    dWorldDestroy(world);
+}
+
+/* The same for what was found out of hinges. */
+static void test_hinges_of_bodies_are_forgotten(void **state)
+{
+    enum { BODIES = 4 };
+    (void)state;
+    dWorldID world = dWorldCreate();
+    dBodyID bodies[BODIES];
+    int references[BODIES];
+    pinch_hinge_references kept;
+    pinch_key_map gone;
+    double axis[3];
+    memset(&kept, 0, sizeof kept);
+    memset(&gone, 0, sizeof gone);
+    for (int i = 0; i < BODIES; i++) bodies[i] = dBodyCreate(world);
+    for (int i = 0; i < BODIES; i++) {
+        dJointID joint = dJointCreateHinge(world, NULL);
+        dJointAttach(joint, bodies[i], bodies[(i + 1) % BODIES]);
+        assert_true(pinch_add_hinge_reference(&kept, joint, bodies[i], 1, &references[i]));
+        assert_non_null(pinch_hinge_reference_axis(&kept, references[i], bodies[i], 1, axis));
+    }
+    pinch_hinge_references_forget_bodies(&kept, &gone);
+    for (int i = 0; i < BODIES; i++) assert_true(kept.items[references[i]].reliable);
+    assert_true(pinch_key_map_add(&gone, (uintptr_t)bodies[1], 1));
+    pinch_hinge_references_forget_bodies(&kept, &gone);
+    for (int i = 0; i < BODIES; i++) assert_true(kept.items[references[i]].reliable == (i > 1));
+    pinch_key_map_free(&gone);
+    pinch_item_index_free(&kept.index);
+    free(kept.items);
+    dWorldDestroy(world);
+}
+
 int main(void)
 {
     dInitODE2(0);
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_hinge2_keeps_its_angle),
-        cmocka_unit_test(test_it_is_of_one_joint),
-        cmocka_unit_test(test_others_have_none),
-        cmocka_unit_test(test_parts_are_kept_by_themselves),
+        cmocka_unit_test(test_a_hinge2_keeps_its_angle), cmocka_unit_test(test_it_is_of_one_joint),
+        cmocka_unit_test(test_others_have_none),         cmocka_unit_test(test_parts_are_kept_by_themselves),
+        cmocka_unit_test(test_a_body_is_forgotten),      cmocka_unit_test(test_hinges_of_bodies_are_forgotten),
     };
     int failed = cmocka_run_group_tests_name("what joints keep", tests, NULL, NULL);
     dCloseODE();

@@ -1,6 +1,7 @@
-/* Tests the arena of a solve and the plugin's item index. */
+/* Tests the arena of a solve, the plugin's item index, and what islands remember. */
 #include "support/cmocka_all.h"
 
+#include "islands/island_graph.h"
 #include "support/arena.h"
 #include "support/draw.h"
 #include "util/list.h"
@@ -247,6 +248,33 @@ static void test_item_index_remove(void **state)
     pinch_item_index_free(&index);
 }
 
+/* Memories of islands that began with a body that is gone are empty, and the others are as they were. */
+static void test_memories_are_forgotten(void **state)
+{
+    (void)state;
+    enum { MEMORIES = 5 };
+    const double lu[1] = {2};
+    const int pivot[1] = {0};
+    const unsigned char states[1] = {0};
+    pinch_island_graph graph;
+    pinch_key_map gone;
+    memset(&graph, 0, sizeof graph);
+    memset(&gone, 0, sizeof gone);
+    assert_true(PINCH_RESERVE(graph.memories, MEMORIES));
+    for (int k = 0; k < MEMORIES; k++) {
+        const pinch_step_factors factors = {16 * (uint64_t)(k + 1), 1, 1, lu, pivot, states};
+        assert_int_equal(pinch_step_memory_create(&graph.memories.items[k]), PINCH_OK);
+        graph.memories.count++;
+        assert_int_equal(pinch_step_memory_write(graph.memories.items[k], &factors), PINCH_OK);
+    }
+    assert_true(pinch_key_map_add(&gone, 32, 1) && pinch_key_map_add(&gone, 80, 1) && pinch_key_map_add(&gone, 96, 1));
+    pinch_forget_memories(&graph, &gone);
+    for (int k = 0; k < MEMORIES; k++)
+        assert_int_equal(pinch_step_memory_read(graph.memories.items[k]).unknowns, k == 1 || k == 4 ? 0 : 1);
+    pinch_key_map_free(&gone);
+    pinch_island_graph_free(&graph);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -258,6 +286,7 @@ int main(void)
         cmocka_unit_test(test_arena_out_of_memory),
         cmocka_unit_test(test_item_index),
         cmocka_unit_test(test_item_index_remove),
+        cmocka_unit_test(test_memories_are_forgotten),
     };
     return cmocka_run_group_tests_name("arena and item index", tests, NULL, NULL);
 }

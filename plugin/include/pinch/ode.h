@@ -482,7 +482,7 @@ PINCH_API pinch_status pinch_ode_forget_geom(pinch_ode *plugin, dGeomID geom);
 /* Ends all that is kept of a body: call it before a body is destroyed. ODE may put the next one in the same place of
  * memory, where it would go on with the other's contacts, drive and pace: whether it does depends on what else the
  * program has in memory, and so would the results. PINCH_INVALID_ARGUMENT between pinch_ode_solve and
- * pinch_ode_advance. */
+ * pinch_ode_advance; PINCH_OUT_OF_MEMORY, and then nothing is forgotten. */
 PINCH_API pinch_status pinch_ode_forget_body(pinch_ode *plugin, dBodyID body);
 /* The same for a joint that is no contact joint, its servos included. Its couplings are to be ended before. */
 PINCH_API pinch_status pinch_ode_forget_joint(pinch_ode *plugin, dJointID joint);
