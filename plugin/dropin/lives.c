@@ -176,11 +176,22 @@ void pinch_layer_geom_destroy(dGeomID geom)
     pinch_layer_own()->ode_geom_destroy(geom);
 }
 
-/* Forgets the geoms that a space takes with it. A quadtree space does not list its geoms, and what is noted of them
- * stays: to ask all that there are would touch some that ODE has freed by itself. */
+static void forget_any_geom(void)
+{
+    const pinch_layer_state *state = pinch_layer_lock();
+    for (pinch_live_world *live = state->registry.worlds; live; live = live->next) pinch_registry_forget_any_geom(live);
+    pinch_layer_unlock();
+}
+
+/* Forgets the geoms that a space takes with it. A quadtree space does not list its geoms: no contact made so far names
+ * any of them then, and what else is noted of them stays. To ask all geoms that there are would touch some that ODE has
+ * freed by itself. */
 static void forget_space(dSpaceID space)
 {
-    if (dSpaceGetClass(space) == dQuadTreeSpaceClass) return;
+    if (dSpaceGetClass(space) == dQuadTreeSpaceClass) {
+        forget_any_geom();
+        return;
+    }
     int count = dSpaceGetNumGeoms(space);
     for (int i = 0; i < count; i++) {
         dGeomID geom = dSpaceGetGeom(space, i);

@@ -94,7 +94,18 @@ static void append(pinch_live_world *world, pinch_joint_list *list, pinch_live_g
 
 static bool is_gone(const pinch_live_world *world, dGeomID geom)
 {
-    return geom && pinch_key_map_get(&world->gone, (uint64_t)(uintptr_t)geom) >= 0;
+    return geom && (world->any_gone || pinch_key_map_get(&world->gone, (uint64_t)(uintptr_t)geom) >= 0);
+}
+
+static bool has_gone(const pinch_live_world *world)
+{
+    return world->any_gone || world->gone.entries.count > 0;
+}
+
+static void clear_gone(pinch_live_world *world)
+{
+    pinch_key_map_clear(&world->gone);
+    world->any_gone = false;
 }
 
 /* Takes a joint out of its world and its group, or of the tree where it has none, and frees it. */
@@ -105,7 +116,7 @@ static void drop(pinch_registry *r, pinch_live_joint *joint)
     pinch_live_group *group = joint->group;
     *(joint->previous ? &joint->previous->next : &list->first) = joint->next;
     *(joint->next ? &joint->next->previous : &list->last) = joint->previous;
-    if (--list->count == 0 && list == &world->contacts) pinch_key_map_clear(&world->gone);
+    if (--list->count == 0 && list == &world->contacts) clear_gone(world);
     if (r->joint_gone && list == &world->others) r->joint_gone(world, joint->joint);
     if (group) {
         *(joint->group_previous ? &joint->group_previous->group_next : &group->first) = joint->group_next;
@@ -153,7 +164,7 @@ bool pinch_registry_add_joint(pinch_registry *r, pinch_live_world *world, dJoint
         return true;
     }
     /* a new geom where one was destroyed: the older contacts lose its name first */
-    if (world->gone.entries.count && (is_gone(world, contact->geom.g1) || is_gone(world, contact->geom.g2)))
+    if (has_gone(world) && (is_gone(world, contact->geom.g1) || is_gone(world, contact->geom.g2)))
         pinch_registry_drop_names(world);
     live->contact = *contact;
     live->known[0] = is_geom(r, contact->geom.g1);
@@ -214,13 +225,18 @@ static void unname(pinch_live_world *world, dGeomID geom)
 
 void pinch_registry_drop_names(pinch_live_world *world)
 {
-    if (!world->gone.entries.count) return;
+    if (!has_gone(world)) return;
     unname(world, NULL);
-    pinch_key_map_clear(&world->gone);
+    clear_gone(world);
 }
 
 void pinch_registry_forget_geom(pinch_live_world *world, dGeomID geom)
 {
     if (!world->contacts.count || !geom || is_gone(world, geom)) return;
     if (!pinch_key_map_add(&world->gone, (uint64_t)(uintptr_t)geom, 1)) unname(world, geom);
+}
+
+void pinch_registry_forget_any_geom(pinch_live_world *world)
+{
+    world->any_gone = world->contacts.count > 0;
 }

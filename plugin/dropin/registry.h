@@ -53,6 +53,7 @@ struct pinch_live_world {
     /* Destroyed geoms that contacts of live joints may still name. Names are taken out before the next step, and before
      * a new geom in the same place of memory comes into a contact. */
     pinch_key_map gone;
+    bool any_gone; /* some geoms of which nobody knows which they were: any name may be of one */
 
     pinch_joint_poses joint_poses;
 
@@ -106,7 +107,9 @@ void pinch_registry_drop_geom(pinch_registry *r, dGeomID geom);
 
 /* Takes the name of a geom out of the contacts of live joints, or puts that off. */
 void pinch_registry_forget_geom(pinch_live_world *world, dGeomID geom);
-/* Does what pinch_registry_forget_geom has put off. */
+/* The same for geoms that nobody knows: it may be any name. */
+void pinch_registry_forget_any_geom(pinch_live_world *world);
+/* Does what these have put off. */
 void pinch_registry_drop_names(pinch_live_world *world);
 
 #endif
