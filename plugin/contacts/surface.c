@@ -288,6 +288,7 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
     else
         conditions->pose_speed = 0;
     double rebound, target = target_velocity(s, world, erp * pressed_in / h, conditions->approach, &rebound);
+    conditions->eased = push_out + s->motion[0] - (target - rebound);
     c->surface_velocity[0] -= target - push_out;
     c->surface_velocity[1] -= s->motion[1];
     c->surface_velocity[2] -= s->motion[2];

@@ -30,6 +30,7 @@ typedef struct pinch_surface_conditions {
                         * the overlap that this makes is parted at its own pace soon enough */
     double force;      /* of the contact along the normal in the last step, N */
     double gives_way;  /* how fast its compliance let it come in under that force, m/s */
+    double eased;      /* out: by how much more slowly than at its ERP the contact parts, m/s */
 } pinch_surface_conditions;
 
 /* Reads a contact's surface parameters. swapped: the pair's first geom is the contact's second. Returns false for

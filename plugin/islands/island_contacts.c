@@ -252,6 +252,7 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
     c->max_force = INFINITY;
     own->rebound = pinch_surface_apply(context, &store->surfaces.items[own->surface].surface, &conditions, c);
     own->pose_speed = conditions.pose_speed;
+    own->eased = conditions.eased;
     set_compliance_before(context, own->compliance, c);
     c->floor = own->floor;
     c->hold = own->hold;
@@ -316,6 +317,7 @@ static void fill_contact(const pinch_step_context *context, const pinch_contact_
         if (body[side] >= 0 && bodies->items[body[side]].drive >= 0) c->max_force = INFINITY;
     }
     if (prescribed) add_surface_velocity(linear, angular, t2, c);
+    if (!law->material && !(pinch_v3_dot(c->normal, linear) < 0)) point->own->eased = 0;
     if (!law->material)
         point->own->carries_at = prescribed ? hypot(pinch_v3_dot(c->tangent1, linear), pinch_v3_dot(t2, linear)) : 0;
 }

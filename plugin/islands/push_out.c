@@ -52,7 +52,7 @@
  * into the bodies instead.
  *
  * Islands part and merge, bodies stay. So the balance is kept by body, in equal parts. It may be negative, down to what
- * overlaps have asked for.
+ * overlaps have asked for, until the body has been free for a step: that was for overlaps which are gone then.
  */
 #include "islands/island_life.h"
 
@@ -139,10 +139,11 @@ static groups groups_among(const pinch_contact_store *contacts, const pinch_isla
     return g;
 }
 
-/* Returns how fast (m/s) the surface moves by itself along the normal, into body 1. */
+/* Returns how fast (m/s) the surface moves by itself along the normal, into body 1. That a deep contact parts more
+ * slowly than at its ERP stands in the same velocity, and does not make a partner that comes in one that stays. */
 static double speed_into(const pinch_contact *c, const pinch_own_law *own)
 {
-    return pinch_larger(-(c->surface_velocity[0] + own->rebound), own->pose_speed);
+    return pinch_larger(own->eased - (c->surface_velocity[0] + own->rebound), own->pose_speed);
 }
 
 /* Tells whether a partner drives the contact on. One of a fingertip is none of these. */
@@ -168,6 +169,13 @@ static double push_of(const pinch_contact *c, const pinch_own_law *own, double h
 {
     if (!is_hard(c, own) || !(c->depth > 0)) return 0;
     return pinch_larger(closing_of(c, h) - (c->surface_velocity[0] + own->rebound), 0);
+}
+
+/* Returns the velocity (m/s) that a contact asks for because its bodies overlap, beside that of a partner that drives
+ * it on; 0 where none does. */
+static double pace_beside_partner(const pinch_contact *c, const pinch_own_law *own, double h)
+{
+    return is_pushed_by_partner(c, own) ? pinch_larger(closing_of(c, h) - own->eased, 0) : 0;
 }
 
 static double inverse_masses(const pinch_problem *problem, const pinch_contact *c)
@@ -257,6 +265,7 @@ static void open_group(const opening *o, groups *g, pinch_push_part *part)
         const pinch_own_law *own = next_law(&g->at);
         part->surfaces = pinch_larger(speed_of_surface(c, own), part->surfaces);
         double push = push_of(c, own, problem->step);
+        part->apart = pinch_larger(push + pace_beside_partner(c, own, problem->step), part->apart);
         if (!(push > 0)) continue;
         double lifts = upward_part(o->rise, c, upper);
         pair->speed = fmax(push * lifts, pair->speed);
@@ -310,6 +319,7 @@ bool pinch_open_push(const pinch_step_context *context, const pinch_contact_stor
         all.fastest = fmax(all.fastest, part->fastest);
         all.steepest = pinch_larger(part->steepest, all.steepest);
         all.surfaces = pinch_larger(part->surfaces, all.surfaces);
+        all.apart = pinch_larger(part->apart, all.apart);
     }
     rise->sum = all.sum;
     rise->steepest = all.steepest;
@@ -317,8 +327,9 @@ bool pinch_open_push(const pinch_step_context *context, const pinch_contact_stor
     if (island->joints.joint_rows > 0) all.asked = fmax(all.asked, 0.5 * o.mass * all.fastest * all.fastest);
     pinch_read_push(context, graph, island);
     island->push_limit = part_of_fall(context, o.mass) + fmax(TIMES_ASKED_FOR * all.asked + island->push_balance, 0);
-    /* surfaces bring all bodies to the speed of the fastest of them, and lift them at it */
-    island->surface_limit = o.mass * all.surfaces * (0.5 * all.surfaces + pinch_fall_in_step(context));
+    /* surfaces bring all bodies to the speed of the fastest of them and of the fastest push, and lift them at it */
+    double more = pinch_fall_in_step(context) + all.apart;
+    island->surface_limit = o.mass * all.surfaces * (0.5 * all.surfaces + more);
     return true;
 }
 
