@@ -150,7 +150,8 @@ void pinch_read_push(const pinch_step_context *context, const pinch_island_graph
         const pinch_joint_account *a =
             find(&graph->accounts, pinch_island_body(&graph->bodies, island->bodies, k)->body, &next);
         if (!a) continue;
-        island->push_balance += a->push;
+        /* what has been free, or at rest, is in no overlap any more that has been paid for */
+        if (a->push > 0 || a->seen >= context->number - 1) island->push_balance += a->push;
         if (a->push_slowed_step == context->number - 1) island->push_pace = fmin(island->push_pace, a->push_pace);
     }
 }
