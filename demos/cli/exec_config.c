@@ -42,7 +42,7 @@ command_status exec_config_read(options *o, json_t **document)
         command_error("exec", "%s: cannot be read: %s", o->config, *fault ? fault : "out of memory");
         return *fault ? COMMAND_BAD_INPUT : COMMAND_SYSTEM;
     }
-    *document = json_loadf(stream, JSON_REJECT_DUPLICATES, &error);
+    *document = input_load_json(stream, &error);
     fclose(stream);
     if (!*document) {
         command_error("exec", "%s:%d: expected JSON: %s", o->config, error.line, input_json_fault(&error));

@@ -68,7 +68,7 @@ static command_status load(const char *file, problem *p)
         command_error("lcp", "%s: cannot be read: %s", file, strerror(errno));
         return status;
     }
-    json_t *root = json_loadf(stream, JSON_REJECT_DUPLICATES, &error);
+    json_t *root = input_load_json(stream, &error);
     fclose(stream);
     if (!root) {
         command_error("lcp", "%s:%d: expected JSON: %s", file, error.line, input_json_fault(&error));

@@ -89,6 +89,24 @@ input_status input_read(FILE *stream, size_t most, char **text, size_t *length, 
     return status;
 }
 
+/* No JSON document begins with the first byte of the mark: what it takes with it was none. */
+static void skip_byte_order_mark(FILE *stream)
+{
+    enum { FIRST_OF_MARK = 0xEF, OTHERS = 2 };
+    int first = getc(stream);
+    if (first != FIRST_OF_MARK) {
+        ungetc(first, stream); /* does nothing at the end */
+        return;
+    }
+    for (int k = 0; k < OTHERS; k++) (void)getc(stream);
+}
+
+json_t *input_load_json(FILE *stream, json_error_t *error)
+{
+    skip_byte_order_mark(stream);
+    return json_loadf(stream, JSON_REJECT_DUPLICATES, error);
+}
+
 const char *input_json_fault(const json_error_t *error)
 {
     /* The library's own words name a setting of its, which nobody can make in a file. */

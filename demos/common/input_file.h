@@ -21,6 +21,10 @@ FILE *input_open(const char *path);
  * caller's to free. It reads until the end and not by size, because a document may come out of a pipe. */
 input_status input_read(FILE *stream, size_t most, char **text, size_t *length, char *fault);
 
+/* Reads a JSON document from the beginning of `stream`, without the byte order mark that some editors write before it;
+ * a key must not come twice. Returns NULL where there is none. */
+json_t *input_load_json(FILE *stream, json_error_t *error);
+
 /* What is wrong with a JSON document that could not be read, in the terms of its file. It lives as long as `error`. */
 const char *input_json_fault(const json_error_t *error);
 

@@ -172,7 +172,7 @@ command_status baseline_load(const char *path, char *const *scenes, int count, j
         command_error("compare", "%s: cannot be read: %s", path, *fault ? fault : "out of memory");
         return *fault ? COMMAND_BAD_INPUT : COMMAND_SYSTEM;
     }
-    *baseline = json_loadf(stream, JSON_REJECT_DUPLICATES, &error);
+    *baseline = input_load_json(stream, &error);
     fclose(stream);
     if (!*baseline) {
         command_error("compare", "%s: line %d: %s", path, error.line, input_json_fault(&error));

@@ -230,6 +230,7 @@ static void test_bad_baselines(void **state)
 #define FORMAT "{\"format\": \"pinch-baseline/1\", "
     refuse_baseline(folder, "{", "line 1");
     refuse_baseline(folder, "[]", "format");
+    refuse_baseline(folder, "\xEF\xBB\xBF[]", "format"); /* the byte order mark is no fault */
     refuse_baseline(folder, "{\"format\": \"pinch-scene/1\"}", "pinch-baseline/1");
 #define TOLERANCES                                                                                                     \
     "\"tolerances\": {\"pinch\": {\"creep\": {\"absolute\": 1, \"relative\": 0}}, \"ode\": {\"dropped\": "             \

@@ -73,8 +73,9 @@ static void test_lcp(void **state)
     (void)state;
     char *folder = program_make_folder(), file[512];
     static const char *const texts[] = {"{\"M\": [[2, 1], [1, 2]], \"q\": [-1, -1]}",
-                                        "{\"M\": [[0, -1], [1, 0]], \"q\": [-1, -1]}"};
-    for (int i = 0; i < 2; i++) {
+                                        "{\"M\": [[0, -1], [1, 0]], \"q\": [-1, -1]}",
+                                        "\xEF\xBB\xBF{\"M\": [[1]], \"q\": [-1]}"}; /* with a byte order mark */
+    for (int i = 0; i < 3; i++) {
         snprintf(file, sizeof file, "%s/lcp.json", folder);
         FILE *stream = fopen(file, "w");
         assert_non_null(stream);

@@ -133,6 +133,7 @@ static void wrong_configurations(void **state)
     expect_config_refused("", "JSON");
     expect_config_refused("{\n\"only\": }", ":2:");
     expect_config_refused("[]", "object");
+    expect_config_refused("\xEF\xBB\xBF[]", "object"); /* the byte order mark is no fault */
     expect_config_refused("{\"only\": \"hard\"}", "$.only");
     expect_config_refused("{\"only\": 1}", "$.only");
     expect_config_refused("{\"kt_ratio\": \"1\"}", "$.kt_ratio");
