@@ -95,9 +95,9 @@ static void add_pairs(const pinch_contact_store *store, const pinch_problem_buff
                       double h, pinch_ode_energy *e)
 {
     const pinch_contact *contacts = kept->contacts.items + island->contacts.first;
-    /* Pairs are looked at for Hertz' law alone. They are no longer those of the step where a geom has been forgotten.
-     */
-    bool by_pairs = store->laws_follow_poses && store->same_bodies;
+    /* Pairs are looked at for Hertz' law alone. They are no longer those of the step where something has been forgotten,
+     * and may name geoms that are gone. */
+    bool by_pairs = store->laws_follow_poses && store->same_bodies && !store->forgot_pairs;
     for (int i = 0; i < island->contacts.count && !by_pairs; i++) add_contact(&contacts[i], 0, h, e);
     for (int i = 0; i < island->pairs.count && by_pairs; i++) {
         const pinch_pair *pair = pinch_island_pair(store, island->pairs, i);

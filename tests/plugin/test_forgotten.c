@@ -271,6 +271,35 @@ static void test_saved_before_the_next_step(void **state)
     end(&s);
 }
 
+/* Energy is read from the last step. A geom that has been forgotten may be gone, and is not asked for its curvature:
+ * here it has another one. */
+static void test_energy_of_the_gone(void **state)
+{
+    (void)state;
+    scene s = {.world = dWorldCreate(), .space = dHashSpaceCreate(NULL)};
+    pinch_ode_settings settings = pinch_ode_default_settings();
+    pinch_material tip = pinch_default_material();
+    pinch_ode_energy energy[2];
+    dWorldSetGravity(s.world, 0, 0, -9.81);
+    s.ground = dCreatePlane(s.space, 0, 0, 1, 0);
+    settings.keep_islands = true;
+    assert_int_equal(pinch_ode_create(s.world, &settings, &s.plugin), PINCH_OK);
+    tip.hertz_modulus = 1e6;
+    assert_int_equal(pinch_ode_set_material(s.plugin, s.ground, &tip), PINCH_OK);
+    dGeomID ball = dCreateSphere(s.space, 0.1);
+    (void)make_body(&s, ball, 0, 0, 0.0999);
+    tip.hertz_modulus = 0;
+    assert_int_equal(pinch_ode_set_material(s.plugin, ball, &tip), PINCH_OK);
+    for (int i = 0; i < 3; i++) step(&s);
+    assert_int_equal(pinch_ode_forget_geom(s.plugin, ball), PINCH_OK);
+    assert_int_equal(pinch_ode_contact_energy(s.plugin, &energy[0]), PINCH_OK);
+    dGeomSphereSetRadius(ball, 100);
+    assert_int_equal(pinch_ode_contact_energy(s.plugin, &energy[1]), PINCH_OK);
+    assert_true(energy[0].elastic_end > 0);
+    assert_memory_equal(&energy[0], &energy[1], sizeof energy[0]);
+    end(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -279,6 +308,7 @@ int main(void)
         cmocka_unit_test(test_forgotten_in_the_middle_of_a_step),
         cmocka_unit_test(test_load_of_the_gone),
         cmocka_unit_test(test_saved_before_the_next_step),
+        cmocka_unit_test(test_energy_of_the_gone),
     };
     dInitODE2(0);
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
