@@ -171,11 +171,12 @@ static double push_of(const pinch_contact *c, const pinch_own_law *own, double h
     return pinch_larger(closing_of(c, h) - (c->surface_velocity[0] + own->rebound), 0);
 }
 
-/* Returns the velocity (m/s) that a contact asks for because its bodies overlap, beside that of a partner that drives
- * it on; 0 where none does. */
-static double pace_beside_partner(const pinch_contact *c, const pinch_own_law *own, double h)
+/* Returns the velocity (m/s) that a contact asks for because its bodies overlap, also beside that of a partner that
+ * drives it on. */
+static double parting_of(const pinch_contact *c, const pinch_own_law *own, double h)
 {
-    return is_pushed_by_partner(c, own) ? pinch_larger(closing_of(c, h) - own->eased, 0) : 0;
+    if (!is_pushed_by_partner(c, own)) return push_of(c, own, h);
+    return own->eased > 0 ? pinch_larger(closing_of(c, h) - own->eased, 0) : 0;
 }
 
 static double inverse_masses(const pinch_problem *problem, const pinch_contact *c)
@@ -193,12 +194,18 @@ static double mass_of(const pinch_problem *problem)
     return mass;
 }
 
+/* Tells whether a contact is soft by its own parameters. mobility: 1/kg, of its bodies. */
+static bool is_spring(const pinch_contact *c, double h, double mobility)
+{
+    return !(STIFF * h * mobility * (h * c->stiffness[0] + c->damping[0]) > 1);
+}
+
 /* Returns the energy (J) that a contact's own spring gives back at most, with all bodies on it: its damper takes most
  * of what k d^2/2 holds where c^2 > k m. One that bounces comes out at the speed of its bounce instead. */
 static double energy_of_spring(const pinch_contact *c, const pinch_own_law *own, double h, double mobility, double mass)
 {
     double k = c->stiffness[0], damping = c->damping[0];
-    if (own->rebound > 0 || !(k > 0) || STIFF * h * mobility * (h * k + damping) > 1) return 0;
+    if (own->rebound > 0 || !(k > 0) || !is_spring(c, h, mobility)) return 0;
     return 0.5 * k * c->depth * c->depth / (1 + damping * damping / (k * mass));
 }
 
@@ -264,16 +271,16 @@ static void open_group(const opening *o, groups *g, pinch_push_part *part)
         }
         const pinch_own_law *own = next_law(&g->at);
         part->surfaces = pinch_larger(speed_of_surface(c, own), part->surfaces);
-        double push = push_of(c, own, problem->step);
-        part->apart = pinch_larger(push + pace_beside_partner(c, own, problem->step), part->apart);
+        double push = parting_of(c, own, problem->step);
         if (!(push > 0)) continue;
+        of_pair += 0.5 * push * push / mobility;
+        part->asked += energy_of_spring(c, own, problem->step, mobility, o->mass);
+        part->fastest = fmax(part->fastest, push);
+        if (is_spring(c, problem->step, mobility)) continue; /* under a load it is deep, and parts at no speed */
         double lifts = upward_part(o->rise, c, upper);
         pair->speed = fmax(push * lifts, pair->speed);
         pair->way = fmax(c->depth * lifts, pair->way); /* of pushes at ODE's largest velocity, the deepest one's */
-        of_pair += 0.5 * push * push / mobility;
-        part->asked += energy_of_spring(c, own, problem->step, mobility, o->mass);
         part->sum += push;
-        part->fastest = fmax(part->fastest, push);
         part->steepest = pinch_larger(push / c->depth, part->steepest);
     } while (goes_on(problem, ++g->next));
     part->asked += of_pair / (double)(&problem->contacts[g->next] - first);
@@ -319,7 +326,6 @@ bool pinch_open_push(const pinch_step_context *context, const pinch_contact_stor
         all.fastest = fmax(all.fastest, part->fastest);
         all.steepest = pinch_larger(part->steepest, all.steepest);
         all.surfaces = pinch_larger(part->surfaces, all.surfaces);
-        all.apart = pinch_larger(part->apart, all.apart);
     }
     rise->sum = all.sum;
     rise->steepest = all.steepest;
@@ -327,9 +333,8 @@ bool pinch_open_push(const pinch_step_context *context, const pinch_contact_stor
     if (island->joints.joint_rows > 0) all.asked = fmax(all.asked, 0.5 * o.mass * all.fastest * all.fastest);
     pinch_read_push(context, graph, island);
     island->push_limit = part_of_fall(context, o.mass) + fmax(TIMES_ASKED_FOR * all.asked + island->push_balance, 0);
-    /* surfaces bring all bodies to the speed of the fastest of them and of the fastest push, and lift them at it */
-    double more = pinch_fall_in_step(context) + all.apart;
-    island->surface_limit = o.mass * all.surfaces * (0.5 * all.surfaces + more);
+    /* surfaces bring all bodies to the speed of the fastest of them, and lift them at it */
+    island->surface_limit = o.mass * all.surfaces * (0.5 * all.surfaces + pinch_fall_in_step(context));
     return true;
 }
 
@@ -426,7 +431,7 @@ static void judge_group(const answer *a, groups *g, pinch_push_part *part)
     do {
         const pinch_contact *c = &problem->contacts[g->next];
         const pinch_own_law *own = next_law(&g->at);
-        double push = push_of(c, own, step), before[3];
+        double push = parting_of(c, own, step), before[3];
         if (!(push > 0) && !(a->island->surface_limit > 0)) continue;
         find_velocity_before(of, c, before);
         if (a->island->surface_limit > 0) add_power_of_surface(c, own, before, &part->power_of_surfaces);

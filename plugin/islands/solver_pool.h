@@ -39,8 +39,7 @@ typedef struct pinch_push_part {
     double asked;             /* J that overlaps ask for */
     double fastest, sum;      /* m/s that one of them asks for, and all */
     double steepest;          /* 1/s, of one over its depth */
-    double surfaces;          /* m/s of the fastest surface, */
-    double apart;             /* and by which an overlap parts besides */
+    double surfaces;          /* m/s of the fastest surface */
     double power_of_surfaces; /* W */
     double lifting;           /* J of lifting where pairs come out of their overlaps, */
     double ways;              /* m that they come out, summed over */
