@@ -33,6 +33,7 @@ typedef struct pinch_detected_point {
 typedef struct pinch_own_law {
     double tangent1[3];   /* the first friction direction when it was last detected, world */
     double compliance[3]; /* see pinch_contact */
+    double step;          /* s, the length of the step that left it; 0: none has */
     double floor;
     double stands_for; /* how many contacts it stands for where a pair has more than its manifold holds; otherwise 1 */
     double part;       /* this over the largest of its pair, in (0, 1], where many contacts share a load; otherwise 0 */
@@ -43,6 +44,8 @@ typedef struct pinch_own_law {
     double eased;      /* m/s, of this step: the same, where a body that its owner moves comes in; otherwise 0 */
     double carries_at; /* m/s, >= 0, of this step: how fast a body that its owner moves goes along the contact */
     double carried_at; /* the same of the last step that was solved */
+    double closes_at;  /* 1/s, of this step: k / (h k + c), at which its spring comes back without a load */
+    double closed_at;  /* the same of the last step that was solved; 0: none was */
     int hold, hold_span;
     int surface; /* index of its surface parameters */
 } pinch_own_law;

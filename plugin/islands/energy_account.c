@@ -306,10 +306,22 @@ static void keep_push(const pinch_step_context *context, pinch_island_graph *gra
     }
 }
 
+/* Bodies that ODE moves for a step are still in their overlaps. */
+static void keep_debts(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island)
+{
+    int next = 0;
+    for (int k = 0; k < island->bodies.count && graph->accounts.count > 0; k++) {
+        pinch_joint_account *a =
+            find(&graph->accounts, pinch_island_body(&graph->bodies, island->bodies, k)->body, &next);
+        if (a && a->push < 0) a->seen = context->number;
+    }
+}
+
 void pinch_keep_account(const pinch_step_context *context, pinch_island_graph *graph, const pinch_island *island)
 {
     const pinch_island_joints *j = &island->joints;
     if (island->phase == PINCH_ISLAND_SOLVED && island->pushes) keep_push(context, graph, island);
+    if (island->phase == PINCH_ISLAND_FALLBACK && island->contacts.count > 0) keep_debts(context, graph, island);
     if (j->range.count == 0) return;
     if (island->phase == PINCH_ISLAND_FALLBACK && j->slowed) keep_fallback_account(context, graph, island);
     if (island->phase != PINCH_ISLAND_SOLVED || j->joint_rows == 0) return; /* none was opened without rows */

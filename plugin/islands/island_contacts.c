@@ -210,23 +210,23 @@ static void follow_overlap(const pinch_step_context *context, pinch_pair *pair, 
 }
 
 /*
- * Sets the compliances of the last step. Where a contact has become stiffer since, its elastic state shrinks (core's
- * equation (29)). A step of another length is no change of the contact: its compliance 1/(h k + c), or what a floor has
- * made of it, floor h W, is another one while stiffness and damping are the same; or they are others while it is the
- * same, where a program keeps ERP and CFM. So what would have been the same compliance in a step of this length counts
- * as the last one, where that is less.
+ * Sets the compliances of the last step in which the contact was solved. Where they fall, its elastic state e shrinks
+ * with them, so that its force stays (core's equation (29)). That force is k' e, with the stiffness k' = k C/C' which a
+ * floor of compliance C' has left. So what C' would be now at the same k' counts as the last one: with p = k/(h k + c),
+ * that is C' p/p_before. A contact that is damped more does not become stiffer.
+ *
+ * Nor does it in a step of another length. Stiffness and damping then keep their k' by themselves. Where a program
+ * keeps ERP and CFM, or a floor h W is all of the compliance, k' is another one, and what sticks would creep if it lost
+ * some of e wherever steps vary: so what would be as much in a step of this length counts, where that is less.
  */
-static void set_compliance_before(const pinch_step_context *context, const double *before, pinch_contact *c)
+static void set_compliance_before(double h, pinch_own_law *own, pinch_contact *c)
 {
-    double h = context->h, h_before = context->h_before;
-    pinch_v3_copy(c->compliance, before);
-    for (int kind = 0; kind < 3 && h_before > 0 && h != h_before; kind++) {
-        double now = h * c->stiffness[kind] + c->damping[kind], then = h_before * c->stiffness[kind] + c->damping[kind];
-        if (h < h_before)
-            c->compliance[kind] *= h / h_before;
-        else if (now > 0)
-            c->compliance[kind] *= then / now;
-    }
+    double k = c->stiffness[0], damping = c->damping[0], h_before = own->step;
+    own->closes_at = h * k + damping > 0 ? k / (h * k + damping) : 0;
+    double ratio = own->closed_at > 0 ? own->closes_at / own->closed_at : 1;
+    if (h_before > 0 && h < h_before) ratio = pinch_smaller(ratio, h / h_before);
+    if (h > h_before && h * k + damping > 0) ratio = pinch_smaller(ratio, (h_before * k + damping) / (h * k + damping));
+    for (int kind = 0; kind < 3; kind++) c->compliance[kind] = ratio * own->compliance[kind];
 }
 
 /* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. */
@@ -253,7 +253,7 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
     own->rebound = pinch_surface_apply(context, &store->surfaces.items[own->surface].surface, &conditions, c);
     own->pose_speed = conditions.pose_speed;
     own->eased = conditions.eased;
-    set_compliance_before(context, own->compliance, c);
+    set_compliance_before(context->h, own, c);
     c->floor = own->floor;
     c->hold = own->hold;
     c->hold_span = own->hold_span;
@@ -289,6 +289,15 @@ static void add_surface_velocity(const double *linear, const double *angular, co
     c->surface_velocity[5] += pinch_v3_dot(t2, angular);
 }
 
+/* Tells whether a partner comes in at a speed (m/s) that counts beside the one at which the overlap parts. One that
+ * hardly moves is ground: a platform that rolls a little would drive bodies on by one of their sides. */
+static bool comes_in(const pinch_step_context *context, const pinch_contact *c, double speed, const pinch_own_law *own)
+{
+    static const double COUNTS = 0.25;
+    double parts = c->stiffness[0] * c->depth / (context->h * c->stiffness[0] + c->damping[0]) - own->eased;
+    return speed > 0 && speed > COUNTS * parts;
+}
+
 static void fill_contact(const pinch_step_context *context, const pinch_contact_store *store,
                          const pinch_step_bodies *bodies, const pinch_pair *pair, pair_law *law,
                          const pinch_manifold_point *point, pinch_contact *c)
@@ -317,7 +326,7 @@ static void fill_contact(const pinch_step_context *context, const pinch_contact_
         if (body[side] >= 0 && bodies->items[body[side]].drive >= 0) c->max_force = INFINITY;
     }
     if (prescribed) add_surface_velocity(linear, angular, t2, c);
-    if (!law->material && !(pinch_v3_dot(c->normal, linear) < 0)) point->own->eased = 0;
+    if (!law->material && !comes_in(context, c, -pinch_v3_dot(c->normal, linear), point->own)) point->own->eased = 0;
     if (!law->material)
         point->own->carries_at = prescribed ? hypot(pinch_v3_dot(c->tangent1, linear), pinch_v3_dot(t2, linear)) : 0;
 }

@@ -108,7 +108,8 @@ static void name_result(const pinch_pair *pair, pinch_ode_contact *out)
 }
 
 /* Keeps what only a point with surface parameters of its own has. */
-static void keep_own_law(const pinch_contact *c, const double *rolling_moment, const pinch_manifold_point *point)
+static void keep_own_law(double step, const pinch_contact *c, const double *rolling_moment,
+                         const pinch_manifold_point *point)
 {
     pinch_own_law *own = point->own;
     pinch_rolling *rolling = pinch_rolling_of(point);
@@ -117,10 +118,12 @@ static void keep_own_law(const pinch_contact *c, const double *rolling_moment, c
     if (rolling) in_plane(c->tangent1, t2, c->rolling_elastic_end, rolling->rolled);
     if (rolling) pinch_v3_copy(rolling->moment, rolling_moment);
     pinch_v3_copy(own->compliance, c->compliance);
+    own->step = step;
     own->floor = c->floor;
     own->hold = c->hold;
     own->hold_span = c->hold_span;
     own->carried_at = own->carries_at;
+    own->closed_at = own->closes_at;
 }
 
 /* Adds a result's force and torques to what the bodies will get. */
@@ -162,7 +165,7 @@ static void read_out_pairs(const read_task *task, int first, int end)
                 name_result(pair, out);
                 read_out(c, out);
                 if (c->model == PINCH_CONTACT_FRICTIONLESS) read_out_sliding(problem, c, out);
-                if (!pair->has_material) keep_own_law(c, out->rolling_moment, &pair->manifold.point[k]);
+                if (!pair->has_material) keep_own_law(problem->step, c, out->rolling_moment, &pair->manifold.point[k]);
             }
             if (!adds) continue;
             add_wrenches(task->bodies, pair, c, out);

@@ -104,10 +104,12 @@ static void archive_own_law(pinch_archive *a, const pinch_contact_store *store, 
     pinch_own_law *own = point->own;
     PINCH_ARCHIVE(a, own->tangent1);
     PINCH_ARCHIVE(a, own->compliance);
+    PINCH_ARCHIVE(a, own->step);
     PINCH_ARCHIVE(a, own->floor);
     PINCH_ARCHIVE(a, own->stands_for);
     PINCH_ARCHIVE(a, own->part);
     PINCH_ARCHIVE(a, own->carried_at);
+    PINCH_ARCHIVE(a, own->closed_at);
     PINCH_ARCHIVE(a, own->hold);
     PINCH_ARCHIVE(a, own->hold_span);
     pinch_archive_place(a, &own->surface, store->surfaces.count, false);
