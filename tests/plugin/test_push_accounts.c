@@ -14,7 +14,7 @@ typedef struct scene {
     pinch_ode *plugin;
     dWorldID world;
     dSpaceID space;
-    double bounce;
+    double bounce, erp, cfm;
     bool soft;
 } scene;
 
@@ -59,8 +59,8 @@ static void touch(void *context, dGeomID a, dGeomID b)
         contact[k].surface.mode = dContactApprox1 | dContactBounce | (s->soft ? dContactSoftERP | dContactSoftCFM : 0);
         contact[k].surface.mu = 0.5;
         contact[k].surface.bounce = s->bounce;
-        contact[k].surface.soft_erp = 0.97;
-        contact[k].surface.soft_cfm = 0.03;
+        contact[k].surface.soft_erp = s->erp;
+        contact[k].surface.soft_cfm = s->cfm;
         assert_int_equal(pinch_ode_add_contact(s->plugin, &contact[k], dGeomGetBody(a), dGeomGetBody(b)), PINCH_OK);
     }
 }
@@ -143,6 +143,8 @@ static double leaves_at(double depth, bool soft)
     scene s = make_scene();
     s.bounce = soft ? 0 : 0.8;
     s.soft = soft;
+    s.erp = 0.97;
+    s.cfm = 0.03;
     (void)dCreatePlane(s.space, 0, 0, 1, 0);
     dBodyID ball = add_body(&s, dCreateSphere(s.space, RADIUS), 1, RADIUS - depth);
     if (depth > 0)
@@ -168,6 +170,30 @@ static void test_a_debt_ends_with_its_overlap(void **state)
     }
 }
 
+/* Under a load, soft contacts are as deep as their stiffness says, however many lie on each other: nothing that lies
+ * still comes up. */
+static void test_a_soft_stack_is_as_deep_as_it_should_be(void **state)
+{
+    (void)state;
+    enum { MANY = 6, CONTACTS = 4 };
+    static const double STEP = 1e-3, ERP = 0.2, CFM = 0.01;
+    scene s = make_scene();
+    s.soft = true;
+    s.erp = ERP;
+    s.cfm = CFM;
+    (void)dCreatePlane(s.space, 0, 0, 1, 0);
+    dBodyID box[MANY];
+    for (int k = 0; k < MANY; k++) box[k] = add_body(&s, dCreateBox(s.space, SIDE, SIDE, SIDE), 1, SIDE * (0.5 + k));
+    for (int i = 0; i < 4000; i++) step(&s, STEP);
+    double stiffness = CONTACTS * ERP / (STEP * CFM), below = 0;
+    for (int k = 0; k < MANY; k++) {
+        double height = dBodyGetPosition(box[k])[2] - 0.5 * SIDE;
+        assert_close((below - height) / ((MANY - k) * 9.81 / stiffness), 1, 1e-3);
+        below = height + SIDE;
+    }
+    destroy(&s);
+}
+
 int main(void)
 {
     dInitODE2(0);
@@ -175,6 +201,7 @@ int main(void)
         cmocka_unit_test(test_a_lift_carries_what_begins_in_it),
         cmocka_unit_test(test_a_platform_that_turns_slowly),
         cmocka_unit_test(test_a_debt_ends_with_its_overlap),
+        cmocka_unit_test(test_a_soft_stack_is_as_deep_as_it_should_be),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     dCloseODE();
