@@ -254,6 +254,16 @@ static bool list_pairs(pinch_detection *d, const pinch_near_space *space, int ge
            (!d->near.with_spaces || open_spaces(d));
 }
 
+/* Are there height fields among the pairs? ODE moves what they meet to and fro while they collide, so that no other
+ * thread may look at it: one does all then. */
+static bool meets_fields(const pinch_detection *d)
+{
+    for (int k = 0; k < d->near.pairs.count; k++)
+        for (int side = 0; side < 2; side++)
+            if (dGeomGetClass(d->near.pairs.items[k].geom[side]) == dHeightfieldClass) return true;
+    return false;
+}
+
 pinch_status pinch_detect(pinch_detection *d, pinch_workers *workers, const pinch_detection_request *request,
                           const pinch_contact_sink *sink)
 {
@@ -264,11 +274,11 @@ pinch_status pinch_detect(pinch_detection *d, pinch_workers *workers, const pinc
     pinch_workers_call(workers);
     if (!pinch_find_neighbours(&d->near, workers, request->space, &shared.space, &shared.items))
         return PINCH_OUT_OF_MEMORY;
-    if (workers && shared.space && !d->near.with_spaces) return detect_with(workers, &shared);
+    if (workers && shared.space && !d->near.with_spaces && !d->near.with_fields) return detect_with(workers, &shared);
     if (!list_pairs(d, shared.space, shared.items)) return PINCH_OUT_OF_MEMORY;
     shared.space = NULL;
     shared.items = d->near.pairs.count;
-    return workers ? detect_with(workers, &shared) : detect_alone(d, sink);
+    return workers && !meets_fields(d) ? detect_with(workers, &shared) : detect_alone(d, sink);
 }
 
 pinch_status pinch_each_pair(pinch_detection *d, dSpaceID space, void *context, dNearCallback *near)

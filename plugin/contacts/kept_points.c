@@ -22,7 +22,8 @@
 #include <string.h>
 
 /* Height fields and meshes write to themselves while they collide, and there is one ball for all worlds. Where neither
- * geom is one, nothing is written, and no thread waits for another. */
+ * geom is one, nothing is written, and no thread waits for another. (Height fields also move what they meet: their
+ * pairs wait until the threads are through, see pairs.c.) */
 static mtx_t asking;
 static dGeomID ball;
 

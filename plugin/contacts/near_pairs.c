@@ -59,10 +59,10 @@ struct pinch_near_space {
     pinch_box_tree tree;      /* over the reaches of most geoms */
     PINCH_LIST(int) strays;   /* the others */
     neighbours known, merged; /* merged: for the next ones while they are made */
-    PINCH_LIST(near_link) links; /* new ones */
-    pinch_found_boxes found;     /* of one geom */
-    atomic_int left;             /* geoms that have left their reaches */
-    atomic_bool has_spaces;      /* among the geoms */
+    PINCH_LIST(near_link) links;        /* new ones */
+    pinch_found_boxes found;            /* of one geom */
+    atomic_int left;                    /* geoms that have left their reaches */
+    atomic_bool has_spaces, has_fields; /* spaces, height fields among the geoms */
 };
 
 static void free_space(pinch_near_space *s)
@@ -305,15 +305,17 @@ static void bring_some_up_to_date(void *context, int worker, int first, int end)
 {
     pinch_near_space *s = context;
     int left = 0;
-    bool spaces = false;
+    bool spaces = false, fields = false;
     (void)worker;
     for (int k = first; k < end; k++) {
         if (k + AHEAD_IN_GEOMS < end) pinch_prefetch_to_write(s->geoms.items[k + AHEAD_IN_GEOMS].geom, GEOM_BYTES);
         bring_up_to_date(&s->geoms.items[k], &s->boxes.items[k]);
         left += s->geoms.items[k].left;
         spaces = spaces || s->geoms.items[k].is_space;
+        fields = fields || dGeomGetClass(s->geoms.items[k].geom) == dHeightfieldClass;
     }
     if (spaces) atomic_store(&s->has_spaces, true);
+    if (fields) atomic_store(&s->has_fields, true);
     if (left > 0) atomic_fetch_add(&s->left, left);
 }
 
@@ -333,6 +335,7 @@ static bool look_where_they_are(pinch_near_space *s, pinch_workers *workers)
     if (!begin_list(s)) return false;
     atomic_store(&s->left, 0);
     atomic_store(&s->has_spaces, false);
+    atomic_store(&s->has_fields, false);
     if (s->in_order && !atomic_load(&s->other) && s->listed.count > 0) {
         pinch_workers_run(workers, bring_listed_up_to_date, s, s->geoms.count, GRAIN);
         if (!atomic_load(&s->other)) return true;
@@ -577,7 +580,7 @@ bool pinch_find_neighbours(pinch_near_pairs *near, pinch_workers *workers, dSpac
 {
     near->calls++;
     near->pairs.count = 0;
-    near->with_spaces = near->no_memory = false;
+    near->with_spaces = near->with_fields = near->no_memory = false;
     *found = NULL;
     /* Quadtree spaces do not list their geoms. */
     if (dSpaceGetClass(space) == dQuadTreeSpaceClass) {
@@ -590,6 +593,7 @@ bool pinch_find_neighbours(pinch_near_pairs *near, pinch_workers *workers, dSpac
         s->forgot = false, s->listed.count = s->geoms.count = 0, pinch_item_index_clear(&s->index); /* half done */
     if (!done) return false;
     near->with_spaces = atomic_load(&s->has_spaces);
+    near->with_fields = atomic_load(&s->has_fields);
     *found = s;
     *geoms = s->geoms.count;
     return true;

@@ -32,7 +32,7 @@ typedef struct pinch_near_space pinch_near_space;
 typedef struct pinch_near_pairs {
     pinch_near_pair_list pairs;
     PINCH_LIST(pinch_near_space *) spaces; /* those that were asked about, with their neighbours */
-    bool with_spaces;                      /* among the geoms */
+    bool with_spaces, with_fields;         /* spaces, height fields among the geoms */
     bool no_memory;                        /* for a pair that was to be noted */
     unsigned long calls;
 } pinch_near_pairs;

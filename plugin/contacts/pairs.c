@@ -308,6 +308,7 @@ typedef struct update_task {
     const pinch_ode_settings *settings;
     bool threaded;
     atomic_bool out_of_memory, other_points; /* a pair has more or fewer points than when islands were built */
+    atomic_bool some_wait;                   /* for the other pairs, see moves_geoms */
 } update_task;
 
 /* ODE computes the pose of a geom with an offset when it is first asked for, which several threads must not do at once.
@@ -412,6 +413,23 @@ static void prefetch_pair(const pinch_contact_store *store, const pinch_pair *pa
     }
 }
 
+/* ODE's height fields move what they are asked about, and then back again: no other thread may look at it meanwhile. */
+static bool moves_geoms(const pinch_pair *pair)
+{
+    for (int side = 0; side < 2; side++)
+        if (pair->id[side] && dGeomGetClass(pair->id[side]) == dHeightfieldClass) return true;
+    return false;
+}
+
+/* Returns false when memory runs out. *same_points: whether the pair has as many as when islands were built, too. */
+static bool update_if_changed(const update_task *task, int worker, pinch_pair *pair, bool *same_points)
+{
+    pair->unchanged = is_unchanged(pair) && watched_points_stay(task, pair);
+    bool done = pair->unchanged || update_pair(task, worker, pair);
+    *same_points = *same_points && pair->points_when_built == pair->manifold.count;
+    return done;
+}
+
 static void update_pairs(void *context, int worker, int first, int end)
 {
     update_task *task = context;
@@ -423,11 +441,22 @@ static void update_pairs(void *context, int worker, int first, int end)
             if (!is_unchanged(later)) prefetch_pair(task->store, later);
             if (!is_unchanged(next)) pinch_prefetch_own_laws(next);
         }
-        pinch_pair *pair = &pairs[i];
-        pair->unchanged = is_unchanged(pair) && watched_points_stay(task, pair);
-        if (!pair->unchanged && !update_pair(task, worker, pair)) atomic_store(&task->out_of_memory, true);
-        same_points = same_points && pair->points_when_built == pair->manifold.count;
+        if (task->threaded && moves_geoms(&pairs[i]))
+            atomic_store(&task->some_wait, true);
+        else if (!update_if_changed(task, worker, &pairs[i], &same_points))
+            atomic_store(&task->out_of_memory, true);
     }
+    if (!same_points) atomic_store(&task->other_points, true);
+}
+
+static void update_those_that_wait(update_task *task)
+{
+    pinch_contact_store *store = task->store;
+    bool same_points = true;
+    task->threaded = false;
+    for (int i = 0; i < store->pairs.count; i++)
+        if (moves_geoms(&store->pairs.items[i]) && !update_if_changed(task, 0, &store->pairs.items[i], &same_points))
+            atomic_store(&task->out_of_memory, true);
     if (!same_points) atomic_store(&task->other_points, true);
 }
 
@@ -440,8 +469,9 @@ bool pinch_pairs_update(pinch_contact_store *store, const pinch_step_context *co
     if (!store->all_pairs_came && drop_pairs(store, false, context->number)) store->same_bodies = false;
     store->buffered_before = store->same_places ? store->buffer.count : -1;
     store->directions_before = store->same_places ? store->directions.count : -1;
-    update_task task = {store, &context->settings, workers != NULL, false, false};
+    update_task task = {store, &context->settings, workers != NULL, false, false, false};
     pinch_workers_run(workers, update_pairs, &task, store->pairs.count, PAIRS_AT_A_TIME);
+    if (task.some_wait) update_those_that_wait(&task);
     store->same_points = !task.other_points;
     return !task.out_of_memory;
 }

@@ -253,6 +253,35 @@ static void make_yard(program *p, heap_kind none, int threads)
     }
 }
 
+static dReal height(void *data, int x, int z)
+{
+    (void)data;
+    return 0.02 * ((7 * x + 3 * z) % 5);
+}
+
+static dHeightfieldDataID field_data;
+
+/* A slab on a height field, which has ODE move it to and fro while they collide, and boxes on the slab. */
+static void make_field(program *p, heap_kind none, int threads)
+{
+    enum { ALONG = 14 };
+    (void)none;
+    start(p, threads, PINCH_ODE_QUICKSTEP, MUCH);
+    dMatrix3 upright;
+    dRFromAxisAndAngle(upright, 1, 0, 0, 0.5 * M_PI);
+    dGeomSetRotation(dCreateHeightfield(p->space, field_data, 1), upright);
+    dBodyID slab = dBodyCreate(p->world);
+    dMass m;
+    dMassSetBoxTotal(&m, 70, 8, 8, 0.4);
+    dBodySetMass(slab, &m);
+    dGeomID geom = dCreateBox(p->space, 8, 8, 0.4);
+    dGeomSetBody(geom, slab);
+    dBodySetPosition(slab, 0, 0, 0.28);
+    p->body[p->count++] = slab;
+    for (int k = 0; k < ALONG * ALONG; k++)
+        add_box(p, 0.4, 10, 0.55 * (k % ALONG - ALONG / 2), 0.55 * (k / ALONG - ALONG / 2), 0.68);
+}
+
 static void make_yard_that_fails(program *p, heap_kind none, int threads)
 {
     make_yard(p, none, threads);
@@ -417,6 +446,18 @@ static void test_boxes_that_bounce(void **state)
     assert_true(one.islands > YARD && one.fallback_islands == 0);
 }
 
+static void test_a_slab_on_a_height_field(void **state)
+{
+    (void)state;
+    enum { SAMPLES = 61 };
+    const test_world field = {make_field, BOXES, SANITIZED ? 6 : 15, 1e-2};
+    field_data = dGeomHeightfieldDataCreate();
+    dGeomHeightfieldDataBuildCallback(field_data, NULL, height, 20, 20, SAMPLES, SAMPLES, 1, 0, 1, 0);
+    dGeomHeightfieldDataSetBounds(field_data, -1, 1);
+    (void)same_with_any_number(&field);
+    dGeomHeightfieldDataDestroy(field_data);
+}
+
 static void test_contacts_that_change(void **state)
 {
     (void)state;
@@ -505,6 +546,7 @@ int main(void)
         cmocka_unit_test(test_a_heap_of_jointed_boxes),
         cmocka_unit_test(test_a_heap_that_is_swept),
         cmocka_unit_test(test_boxes_that_bounce),
+        cmocka_unit_test(test_a_slab_on_a_height_field),
         cmocka_unit_test(test_contacts_that_change),
         cmocka_unit_test(test_contacts_that_are_not_taken),
         cmocka_unit_test(test_a_look_that_fails),

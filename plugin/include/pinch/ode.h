@@ -100,7 +100,8 @@ typedef struct pinch_ode_settings {
     double stale_tilt; /* rad: a point that the collider did not return stays while the two bodies have not tilted
                         * more than this against each other since it was last seen; in [0, 0.5], default 0.05 */
     int threads; /* that share the work of a step, the caller's own counted; in [1, PINCH_ODE_MOST_THREADS], default
-                  * 1. Results are the same to the bit for any number. ODE's own step has threads of its own
+                  * 1. Results are the same to the bit for any number. Colliders that a program has set by
+                  * dSetColliderOverride are called by any of them. ODE's own step has threads of its own
                   * (dWorldSetStepThreadingImplementation). */
     bool joints_by_ode;  /* false (default): where Pinch knows all that acts on the bodies of a contact in full, the
                           * joints included, it gives the joints' forces from its own solve. They are exact under either
@@ -221,8 +222,8 @@ typedef int (*pinch_ode_near)(void *context, dGeomID geom1, dGeomID geom2, int r
  * Does what pinch_ode_each_pair does with a near callback that hands over what it finds, to the same bits, and has
  * `near` look at pairs of geoms in all threads (settings.threads). most >= 1: contacts of a pair. Contacts are between
  * the geoms' bodies. The geoms of an inner space are met by those outside of it, and not by each other. Geoms that need
- * ODE's data of a thread, as trimeshes do, have it. Where it does not return PINCH_OK, some contacts have not been
- * handed over.
+ * ODE's data of a thread, as trimeshes do, have it. Beside height fields, one thread looks at all pairs, as ODE moves
+ * what these meet while they collide. Where it does not return PINCH_OK, some contacts have not been handed over.
  */
 PINCH_API pinch_status pinch_ode_collide(pinch_ode *plugin, dSpaceID space, int most, pinch_ode_near near,
                                          void *context);
