@@ -283,7 +283,8 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
     if (c->depth > 0) c->depth = not_negative(c->depth - world->surface_layer);
     add_approach(conditions, h, erp, c->depth);
     double pressed_in = c->depth, push_out = erp * c->depth / h;
-    if (cfm < STIFF * h * conditions->mobility && pressed_in > conditions->approach_depth)
+    bool stiff = cfm < STIFF * conditions->longest_step * conditions->mobility; /* a short step makes no springs */
+    if (stiff && pressed_in > conditions->approach_depth)
         pressed_in = pinch_smaller(deepest_in(context, conditions, erp, cfm, pressed_in), pressed_in);
     else
         conditions->pose_speed = 0;

@@ -26,6 +26,7 @@ typedef struct pinch_surface_conditions {
     double approach;        /* velocity along the normal now, m/s, negative when approaching */
     double recent_approach; /* by how much bodies have come in of late by their own motion, m; out: with this step */
     double approach_depth;  /* how deep they have come in by it at a time, m; out: with this step */
+    double longest_step;    /* s, of this one and of the last one that was solved */
     double pose_speed; /* at which the program moves the bodies into each other by their poses, m/s, >= 0; out: 0 where
                         * the overlap that this makes is parted at its own pace soon enough */
     double force;      /* of the contact along the normal in the last step, N */
