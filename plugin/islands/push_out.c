@@ -619,10 +619,10 @@ typedef struct slowing {
     pinch_problem *problem;
 } slowing;
 
-/* Returns the part of a push that is not too fast. */
+/* Returns the part of a push that is not too fast. What a spring bears is no speed. */
 static double pace_of(const slowing *s, const pinch_contact *c)
 {
-    if (!s->rise->slows) return 1;
+    if (!s->rise->slows || is_spring(c, s->problem->step, inverse_masses(s->problem, c))) return 1;
     bool upper = first_is_upper(s->problem, s->rise, c);
     return upward_part(s->rise, c, upper) > 0 ? s->rise->bodies.items[upper ? c->body1 : c->body2].pace : 1;
 }
