@@ -421,6 +421,13 @@ static bool moves_geoms(const pinch_pair *pair)
     return false;
 }
 
+/* Tells whether a pair waits for the one thread that goes on after the others. Of most pairs that rest no geom is read.
+ */
+static bool waits(const update_task *task, const pinch_pair *pair)
+{
+    return task->threaded && (pair->watched || !is_unchanged(pair)) && moves_geoms(pair);
+}
+
 /* Returns false when memory runs out. *same_points: whether the pair has as many as when islands were built, too. */
 static bool update_if_changed(const update_task *task, int worker, pinch_pair *pair, bool *same_points)
 {
@@ -441,7 +448,7 @@ static void update_pairs(void *context, int worker, int first, int end)
             if (!is_unchanged(later)) prefetch_pair(task->store, later);
             if (!is_unchanged(next)) pinch_prefetch_own_laws(next);
         }
-        if (task->threaded && moves_geoms(&pairs[i]))
+        if (waits(task, &pairs[i]))
             atomic_store(&task->some_wait, true);
         else if (!update_if_changed(task, worker, &pairs[i], &same_points))
             atomic_store(&task->out_of_memory, true);
