@@ -236,7 +236,7 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
     pinch_own_law *own = point->own;
     double approach = parting_velocity(pair, point->position, c->normal);
     /* what bodies have come in by in longer steps, they have come in by at the pace of these */
-    double longest = pinch_larger(context->h, own->step), part = context->h / longest;
+    double longest = pinch_larger(context->h, own->step), shorter = context->h / longest;
     pinch_surface_conditions conditions = {
         .tangent1 = own->tangent1,
         .mobility = law->mobility,
@@ -245,8 +245,8 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
         .part = own->part,
         .bears = law->bears,
         .approach = approach,
-        .recent_approach = part * pair->recent_approach_before,
-        .approach_depth = part * pair->approach_depth,
+        .recent_approach = shorter * pair->recent_approach_before,
+        .approach_depth = shorter * pair->approach_depth,
         .longest_step = longest,
         .pose_speed = pair->posed.speed,
         .force = point->normal_force,

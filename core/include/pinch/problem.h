@@ -94,7 +94,7 @@ typedef struct pinch_contact {
                            * compliance that the bodies' inertia gives it in a step (core/README.md, (25)) */
     double compliance[3]; /* in and out: (m/s)/N along normal and tangents, (rad/s)/(N m), of the last step; 0 at first.
                            * Where it becomes smaller, the elastic state shrinks with it: the force stays. Where
-                           * stiffness, damping or the step change, the caller rescales it, see (29) there. */
+                           * stiffness, damping or the step change, the caller rescales it (core/README.md, (29)). */
     double rolling_elastic[2], rolling_elastic_end[2]; /* rad about tangent1, tangent2: in, out */
     double rolling_moment[2];                          /* N m about tangent1, tangent2, on body 1: warm start and out */
     /* in: the forces of the last step, from which a solve begins and which say what stuck: of several answers of a step
