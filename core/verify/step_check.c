@@ -620,6 +620,7 @@ static void check_some(const pinch_problem *problem, int first, int end, law_che
  * the first. */
 typedef struct shared_check {
     const pinch_problem *problem;
+    law_check laws;
     balance *balances;
     pinch_step_result found[PARTS];
 } shared_check;
@@ -629,17 +630,25 @@ static void check_part(void *argument, int first, int end)
     shared_check *s = argument;
     long long count = s->problem->contact_count;
     for (int k = first; k < end; k++) {
-        int from = k == 0 ? 0 : (int)(count * (k - 1) / (PARTS - 1)), to = (int)(count * k / (PARTS - 1));
-        check_some(s->problem, from, k == 0 ? (int)count : to, k > 0 ? LAWS : NO_LAWS, k == 0 ? s->balances : NULL,
-                   &s->found[k]);
+        int from = (int)(count * (k - 1) / (PARTS - 1)), to = (int)(count * k / (PARTS - 1));
+        if (k > 0)
+            check_some(s->problem, from, to, s->laws, NULL, &s->found[k]);
+        else if (s->balances)
+            check_some(s->problem, 0, (int)count, NO_LAWS, s->balances, &s->found[k]);
     }
 }
 
-static void share_check(const pinch_problem *problem, balance *balances, pinch_step_result *check)
+/* Checks the laws of all contacts, and takes their impulses off the balances where these are given. */
+static void check_all(const pinch_problem *problem, law_check laws, balance *balances, pinch_step_result *check)
 {
     shared_check s;
+    if (!problem->crew || problem->contact_count <= FEW) {
+        check_some(problem, 0, problem->contact_count, laws, balances, check);
+        return;
+    }
     memset(&s, 0, sizeof s);
     s.problem = problem;
+    s.laws = laws;
     s.balances = balances;
     problem->crew->parallel_for(problem->crew->context, PARTS, 1, check_part, &s);
     for (int k = 0; k < PARTS; k++) {
@@ -662,10 +671,7 @@ bool pinch_step_verify(const pinch_problem *problem, double tolerance, double *s
     double *motion = scratch + sizeof(balance) / sizeof(double) * (size_t)problem->body_count;
     result->residual_max = result->cone = result->complementarity = result->slip_direction = result->force_scale = 0;
     memset(balances, 0, sizeof(balance) * (size_t)problem->body_count);
-    if (problem->crew && problem->contact_count > FEW)
-        share_check(problem, balances, result);
-    else
-        check_some(problem, 0, problem->contact_count, LAWS, balances, result);
+    check_all(problem, LAWS, balances, result);
     add_joint_impulses(problem, balances);
     check_momentum(problem, LIGHTEST_BODY * tolerance, balances, motion, result);
     bool rows_hold = pinch_row_check(problem, NULL, result);
@@ -676,7 +682,7 @@ bool pinch_step_verify(const pinch_problem *problem, double tolerance, double *s
     double law = LAW_TOLERANCE * result->force_scale + SMALLEST_FORCE;
     if (!(result->complementarity <= law && result->slip_direction <= law)) { /* forces may be as small as rounding */
         result->cone = result->complementarity = result->slip_direction = 0;
-        check_some(problem, 0, problem->contact_count, LAWS_BUT_ROUNDING, NULL, result);
+        check_all(problem, LAWS_BUT_ROUNDING, NULL, result);
     }
     return result->residual_max <= LIGHTEST_BODY * tolerance && result->cone <= law && result->complementarity <= law &&
            result->slip_direction <= law && rows_hold;

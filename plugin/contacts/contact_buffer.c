@@ -72,6 +72,7 @@ static bool in_scope(const pinch_ode_settings *settings, const dContact *contact
 static const pinch_buffered_contact *contact_before(const pinch_contact_store *store, int place)
 {
     if (place < 0 || place >= store->buffered_before) return NULL;
+    if (store->behind) return &store->buffer.items[place];
     if (!store->put_aside.any) return place < store->buffer.count ? NULL : &store->buffer.items[place];
     int aside = place - store->put_aside.first;
     return aside < 0 ? NULL : &store->put_aside.contacts.items[aside];
@@ -80,29 +81,35 @@ static const pinch_buffered_contact *contact_before(const pinch_contact_store *s
 /* The same for friction directions. */
 static const pinch_direction *direction_before(const pinch_contact_store *store, int place)
 {
+    bool any_aside = store->put_aside.any || store->behind;
     int aside = place - store->put_aside.first_direction;
-    if (place < store->directions.count && !store->put_aside.any) return NULL;
-    if (place < 0 || place >= store->directions_before || (store->put_aside.any && aside < 0)) return NULL;
-    return store->put_aside.any ? &store->put_aside.directions.items[aside] : &store->directions.items[place];
+    if (place < store->directions.count && !any_aside) return NULL;
+    if (place < 0 || place >= store->directions_before || (any_aside && aside < 0)) return NULL;
+    return any_aside ? &store->put_aside.directions.items[aside] : &store->directions.items[place];
+}
+
+/* Puts aside the last step's directions in places that are not filled yet. Returns false when memory runs out. */
+static bool put_directions_aside(pinch_contact_store *store)
+{
+    int count = store->directions_before - store->directions.count;
+    store->put_aside.first_direction = store->directions.count;
+    if (count <= 0) return true;
+    if (!PINCH_RESERVE(store->put_aside.directions, count)) return false;
+    memcpy(store->put_aside.directions.items, store->directions.items + store->directions.count,
+           (size_t)count * sizeof *store->directions.items);
+    return true;
 }
 
 /* Puts aside what the last step has in places that are not filled yet. Returns false when memory runs out. */
 static bool put_rest_aside(pinch_contact_store *store)
 {
     int contacts = store->buffered_before - store->buffer.count;
-    int directions = store->directions_before - store->directions.count;
     if (store->put_aside.any || contacts <= 0) return true;
-    if (directions < 0) directions = 0;
-    if (!PINCH_RESERVE(store->put_aside.contacts, contacts) || !PINCH_RESERVE(store->put_aside.directions, directions))
-        return false;
+    if (!PINCH_RESERVE(store->put_aside.contacts, contacts) || !put_directions_aside(store)) return false;
     memcpy(store->put_aside.contacts.items, store->buffer.items + store->buffer.count,
            (size_t)contacts * sizeof *store->buffer.items);
-    if (directions > 0)
-        memcpy(store->put_aside.directions.items, store->directions.items + store->directions.count,
-               (size_t)directions * sizeof *store->directions.items);
     store->put_aside.contacts.count = contacts;
     store->put_aside.first = store->buffer.count;
-    store->put_aside.first_direction = store->directions.count;
     store->put_aside.any = true;
     return true;
 }
@@ -348,23 +355,38 @@ pinch_status pinch_buffer_contact_joint(const pinch_contact_sink *sink, const pi
     return status;
 }
 
-/* ---- contacts that all come where the last step had them ---- */
+/* ---- contacts that several threads take over ---- */
 
-bool pinch_may_take_again(pinch_contact_store *store)
+bool pinch_may_take_again(const pinch_contact_store *store)
 {
     return store->buffer.count == 0 && store->buffered_before > 0 && store->contact_joints.count == 0 &&
-           !store->laws_follow_poses && PINCH_RESERVE(store->given_back, store->buffered_before);
+           !store->laws_follow_poses;
 }
 
-/* Returns the pair if all of its contacts in the last step are these, as far as their number and places go. */
-static pinch_pair *pair_in_place(const pinch_contact_store *store, long now, pinch_range places)
+/* Returns the pair between the geoms if its contacts are the next of these places of the last step, or are behind those
+ * of a few pairs that have parted since. Goes on to its place then. */
+static pinch_pair *find_pair(const pinch_contact_store *store, long now, const dContactGeom *geom, pinch_range *places)
 {
-    pinch_pair *pair = &store->pairs.items[store->buffer.items[places.first].pair];
-    int end = places.first + places.count;
-    bool same =
-        pair->last_step == now - 1 && pair->first_buffered == places.first && pair->buffered_count == places.count;
-    for (int k = places.first; k < end && same; k++) same = store->buffer.items[k].next == (k + 1 < end ? k + 1 : -1);
-    return same ? pair : NULL;
+    enum { PARTED = 8 };
+    pinch_range left = *places;
+    for (int k = 0; k <= PARTED && left.count > 0; k++) {
+        pinch_pair *pair = &store->pairs.items[store->buffer.items[left.first].pair];
+        int count = pair->buffered_count;
+        if (pair->last_step != now - 1 || pair->first_buffered != left.first || count > left.count) return NULL;
+        bool swapped = pair->id[1] == geom->g1;
+        if (pair->id[swapped] == geom->g1 && pair->id[!swapped] == geom->g2) {
+            *places = left;
+            return pair;
+        }
+        left = (pinch_range){left.first + count, left.count - count};
+    }
+    return NULL;
+}
+
+/* Tells whether the pair's contacts in the last step followed each other. */
+static bool follow_each_other(const pinch_pair *pair)
+{
+    return pair->last_buffered - pair->first_buffered == pair->buffered_count - 1;
 }
 
 /* Tells whether a contact has the surface of the one before, which its pair had. */
@@ -395,34 +417,45 @@ static bool comes_again(const pinch_contact_sink *sink, const pinch_pair *pair, 
            (in_scope(&sink->context->settings, c->contact) && has_surface(sink->store, c, surface));
 }
 
-pinch_taken pinch_take_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts,
-                             pinch_range places)
+/* Takes so many contacts into the places that the pair's had in the last step, if they may be taken as they come. */
+static pinch_taken take_again(const pinch_contact_sink *sink, pinch_pair *pair, const dGeomID geom[2],
+                              const dContact *contacts, int count)
 {
     pinch_contact_store *store = sink->store;
-    if (places.first + places.count > store->buffered_before) return PINCH_NOT_TAKEN;
-    const pinch_buffered_contact *before = &store->buffer.items[places.first];
+    int first = pair->first_buffered;
+    const pinch_buffered_contact *before = &store->buffer.items[first];
     const dBodyID body[2] = {dGeomGetBody(geom[0]), dGeomGetBody(geom[1])};
-    prefetch_later(store, places.first);
-    pinch_pair *pair = pair_in_place(store, sink->context->number, places);
-    if (!pair || (!pair->has_material && !surfaces_solvable(&sink->context->settings, sink->drives)))
-        return PINCH_NOT_TAKEN;
-    for (int i = places.count - 1; i > 0; i--) {
+    for (int i = count - 1; i > 0; i--) {
         incoming_contact c = come_again(&contacts[i], body, &before[i]);
         if (!comes_again(sink, pair, &c, before[i].surface)) return PINCH_NOT_TAKEN;
     }
     incoming_contact c = come_again(contacts, body, before);
     if (!comes_again(sink, pair, &c, before->surface)) return PINCH_NOT_TAKEN;
-    bool was_prescribed = pair->is_prescribed;
     begin_pair(store, pair, &c, sink->context->number);
-    for (int i = 0; i < places.count; i++) {
+    for (int i = 0; i < count; i++) {
         c.contact = &contacts[i];
         c.swapped = before[i].swapped;
         c.surface = before[i].surface;
-        put(store, pair, &c, places.first + i, &before[i]);
+        put(store, pair, &c, first + i, &before[i]);
     }
-    store->buffer.items[places.first].was_prescribed = was_prescribed;
-    store->buffer.items[places.first].unchanged = pair->unchanged;
     return pair->unchanged && !pair->watched ? PINCH_TAKEN_UNCHANGED : PINCH_TAKEN;
+}
+
+pinch_taken pinch_take_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts, int count,
+                             pinch_range *places)
+{
+    pinch_contact_store *store = sink->store;
+    if (places->count == 0 || places->first + places->count > store->buffered_before) return PINCH_NOT_TAKEN;
+    prefetch_later(store, places->first);
+    pinch_pair *pair = find_pair(store, sink->context->number, &contacts->geom, places);
+    if (!pair) return PINCH_NOT_TAKEN;
+    int had = pair->buffered_count;
+    bool solvable = pair->has_material || surfaces_solvable(&sink->context->settings, sink->drives);
+    pinch_taken taken = had == count && follow_each_other(pair) && solvable
+                            ? take_again(sink, pair, geom, contacts, count)
+                            : PINCH_NOT_TAKEN;
+    *places = (pinch_range){places->first + had, places->count - had};
+    return taken;
 }
 
 void pinch_taken_again(pinch_contact_store *store, int count, bool unchanged)
@@ -432,55 +465,73 @@ void pinch_taken_again(pinch_contact_store *store, int count, bool unchanged)
     store->unchanged = store->unchanged && unchanged;
 }
 
-pinch_range pinch_give_back(const pinch_contact_sink *sink, pinch_range places)
+bool pinch_begin_behind(pinch_contact_store *store)
 {
-    pinch_contact_store *store = sink->store;
-    const pinch_range kept = {store->given_back.count, places.count};
-    const pinch_buffered_contact *taken = &store->buffer.items[places.first];
-    pinch_pair *pair = &store->pairs.items[taken->pair];
-    pair->last_step = sink->context->number - 1;
-    pair->is_prescribed = taken->was_prescribed;
-    memcpy(&store->given_back.items[kept.first], taken, (size_t)places.count * sizeof *taken);
-    store->given_back.count += places.count;
-    return kept;
+    if (!put_directions_aside(store)) return false;
+    store->behind = true;
+    store->buffer.count = store->buffered_before;
+    store->expected = -1; /* what comes there belongs to pairs that were taken, or have to be looked up anyway */
+    return true;
 }
 
-/* Makes a contact of what was taken, which is to be handed over again. */
-static void restore(const pinch_pair *pair, const pinch_buffered_contact *taken, dContactGeom *geom)
+bool pinch_begin_moving(pinch_contact_store *store, int count)
 {
-    *geom = (dContactGeom){.g1 = pair->id[taken->swapped], .g2 = pair->id[!taken->swapped], .depth = taken->found[6]};
-    memcpy(geom->pos, taken->found, 3 * sizeof(double));
-    memcpy(geom->normal, taken->found + 3, 3 * sizeof(double));
+    store->chains_cross = false;
+    return PINCH_RESERVE(store->put_aside.contacts, count);
 }
 
-pinch_status pinch_buffer_given_back(const pinch_contact_sink *sink, const dGeomID geom[2], pinch_range kept)
+void pinch_move_contacts(pinch_contact_store *store, pinch_range places, int to)
 {
-    pinch_contact_store *store = sink->store;
-    long now = sink->context->number;
-    bool unchanged = store->given_back.items[kept.first].unchanged;
-    for (int i = 0; i < kept.count; i++) {
-        const pinch_buffered_contact *taken = &store->given_back.items[kept.first + i];
-        pinch_pair *pair = &store->pairs.items[taken->pair];
-        dContact contact;
-        incoming_contact c = {.contact = &contact, .body = {dGeomGetBody(geom[0]), dGeomGetBody(geom[1])}, .joint = -1};
-        restore(pair, taken, &contact.geom);
-        (void)read_sides(&c, sink->drives);
-        if (!PINCH_RESERVE(store->buffer, store->buffer.count + 1)) return PINCH_OUT_OF_MEMORY;
-        if (!expected_pair(store, &c) && (!put_rest_aside(store) || !look_up_sides(store, &c)))
-            return PINCH_OUT_OF_MEMORY;
-        c.swapped = taken->swapped;
-        c.surface = taken->surface;
-        if (pair->last_step != now) begin_pair(store, pair, &c, now);
-        pair->unchanged = pair->unchanged && unchanged; /* what is compared with has been written over */
-        append(store, pair, &c);
+    const pinch_buffered_contact *from = &store->buffer.items[places.first];
+    pinch_buffered_contact *moved = &store->put_aside.contacts.items[to];
+    pinch_pair *pair = &store->pairs.items[from->pair];
+    memcpy(moved, from, (size_t)places.count * sizeof *from);
+    if (pair->first_buffered != places.first || pair->buffered_count != places.count || !follow_each_other(pair)) {
+        atomic_store(&store->chains_cross, true);
+        return;
     }
-    return PINCH_OK;
+    for (int i = 0; i < places.count - 1; i++) moved[i].next = to + i + 1;
+    pair->first_buffered = to;
+    pair->last_buffered = to + places.count - 1;
 }
 
-void pinch_given_back(pinch_contact_store *store, bool handed_over)
+/* Chains the contacts of each pair in the order in which they are in the buffer. */
+static void chain_contacts(pinch_contact_store *store)
 {
-    store->given_back.count = 0;
-    if (!handed_over) pinch_invalidate_step_cache(store);
+    for (int i = 0; i < store->buffer.count; i++) {
+        store->pairs.items[store->buffer.items[i].pair].first_buffered = -1;
+        store->buffer.items[i].next = -1;
+    }
+    for (int i = 0; i < store->buffer.count; i++) {
+        pinch_pair *pair = &store->pairs.items[store->buffer.items[i].pair];
+        if (pair->first_buffered < 0)
+            pair->first_buffered = i;
+        else
+            store->buffer.items[pair->last_buffered].next = i;
+        pair->last_buffered = i;
+    }
+}
+
+void pinch_end_moving(pinch_contact_store *store, int count, bool unchanged)
+{
+    const pinch_buffered_list before = store->buffer;
+    store->buffer = store->put_aside.contacts;
+    store->put_aside.contacts = before;
+    store->put_aside.contacts.count = store->buffered_before;
+    store->put_aside.first = 0;
+    store->put_aside.any = true;
+    store->behind = false;
+    pinch_taken_again(store, count, unchanged);
+    store->all_pairs_came = false;
+    if (atomic_load(&store->chains_cross)) chain_contacts(store);
+}
+
+void pinch_abandon_taken(pinch_contact_store *store)
+{
+    store->behind = false;
+    store->buffer.count = store->directions.count = 0;
+    for (int i = 0; i < store->pairs.count; i++) store->pairs.items[i].last_step = -1;
+    pinch_invalidate_step_cache(store);
 }
 
 /* ---- contact joints that the program made ---- */

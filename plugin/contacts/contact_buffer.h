@@ -24,28 +24,33 @@ pinch_status pinch_buffer_contact_joint(const pinch_contact_sink *sink, const pi
                                         const dContact *contact);
 
 /*
- * Where all contacts of a step come in the places of those of the last step, between the same sides and with the same
- * surfaces, several threads may take them over, to the same bits. Where it turns out that not all do, those that were
- * taken are given back, and all are handed over in their order.
+ * Several threads may take over the contacts of pairs that come as in the last step, between the same sides, as many,
+ * and with the same surfaces, to the same bits. Each looks for them in places of its own, which are those of the last
+ * step (pinch_take_again). Where all come in their places, that is all (pinch_taken_again).
+ *
+ * Otherwise one thread buffers the rest behind those of the last step (pinch_begin_behind), and then the threads move
+ * all of them to where they would have come one by one (pinch_begin_moving, pinch_move_contacts, pinch_end_moving).
+ * Where something goes wrong on the way, pinch_abandon_taken ends it.
  */
 typedef enum pinch_taken { PINCH_NOT_TAKEN, PINCH_TAKEN, PINCH_TAKEN_UNCHANGED /* to the bit */ } pinch_taken;
 
-/* Does the buffer allow for that? Makes room for what may be given back. */
-bool pinch_may_take_again(pinch_contact_store *store);
-/* Takes the contacts of a pair of geoms if they come in these places, as the last step had them. Several threads
- * may do so for places of their own. */
-pinch_taken pinch_take_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts,
-                             pinch_range places);
-/* Ends it when all have been taken, from place 0 on; unchanged: all are those of the last step. */
+/* Does the buffer allow for that? */
+bool pinch_may_take_again(const pinch_contact_store *store);
+/* Takes so many contacts of a pair of geoms, >= 1, if it comes again. *places: those of the last step in which it is
+ * looked for; afterwards those behind it. Where it is taken, its contacts are in the `count` places before these. */
+pinch_taken pinch_take_again(const pinch_contact_sink *sink, const dGeomID geom[2], const dContact *contacts, int count,
+                             pinch_range *places);
+/* Ends it when all are in their places, from place 0 on; unchanged: all are those of the last step. */
 void pinch_taken_again(pinch_contact_store *store, int count, bool unchanged);
-/* Otherwise all pairs that were taken are given back before any contact is handed over. Returns where the contacts of
- * the pair in these places are kept. */
-pinch_range pinch_give_back(const pinch_contact_sink *sink, pinch_range places);
-/* Buffers the contacts of a pair that has been given back. */
-pinch_status pinch_buffer_given_back(const pinch_contact_sink *sink, const dGeomID geom[2], pinch_range kept);
-/* Ends it. Where not all have been handed over, nothing is known of the last step any more: it has been written over.
- */
-void pinch_given_back(pinch_contact_store *store, bool handed_over);
+/* Has what is buffered next come behind the last step's contacts. Returns false when memory runs out. */
+bool pinch_begin_behind(pinch_contact_store *store);
+/* Makes room for so many contacts, of all pairs. Returns false when memory runs out. */
+bool pinch_begin_moving(pinch_contact_store *store, int count);
+/* Moves the contacts that a pair of geoms has in these places, at least one. Several threads may do so. */
+void pinch_move_contacts(pinch_contact_store *store, pinch_range places, int to);
+void pinch_end_moving(pinch_contact_store *store, int count, bool unchanged);
+/* Nothing has come, and nothing is known of the last step any more: it has been written over. */
+void pinch_abandon_taken(pinch_contact_store *store);
 
 /*
  * ODE's own solver must not see the contact joints that Pinch solves. The program must find them as it left them, with

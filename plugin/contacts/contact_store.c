@@ -20,7 +20,7 @@ void pinch_contact_store_init(pinch_contact_store *store)
 /* clang-format off */
 #define LISTS(X)                                                                                                       \
     X(geoms); X(seen_poses); X(materials); X(pairs); X(pairs_by_island); X(surfaces); X(surface_places);               \
-    X(buffer); X(given_back); X(directions); X(put_aside.contacts); X(put_aside.directions); X(contact_joints); X(results)
+    X(buffer); X(directions); X(put_aside.contacts); X(put_aside.directions); X(contact_joints); X(results)
 #define INDICES(X) X(geom_index); X(pair_index); X(surface_index)
 #define FREE_LIST(list)    free(store->list.items)
 #define FREE_INDEX(index)  pinch_item_index_free(&store->index)
@@ -250,13 +250,12 @@ static int look_up(const pinch_contact_store *store, const pinch_surface *surfac
 /* Calls visit for every place where the index of a surface is kept. */
 static void for_each_use(pinch_contact_store *store, void (*visit)(int *index, int *place), int *place)
 {
-    int buffered = store->buffer.count > store->buffered_before ? store->buffer.count : store->buffered_before;
+    int buffered = store->buffer.count;
+    if (!store->put_aside.any && buffered < store->buffered_before) buffered = store->buffered_before;
     for (int i = 0; i < buffered; i++)
         if (store->buffer.items[i].surface >= 0) visit(&store->buffer.items[i].surface, place);
     for (int i = 0; i < store->put_aside.contacts.count; i++)
         if (store->put_aside.contacts.items[i].surface >= 0) visit(&store->put_aside.contacts.items[i].surface, place);
-    for (int i = 0; i < store->given_back.count; i++)
-        if (store->given_back.items[i].surface >= 0) visit(&store->given_back.items[i].surface, place);
     for (int i = 0; i < store->pairs.count; i++) {
         const pinch_manifold *manifold = &store->pairs.items[i].manifold;
         for (int k = 0; k < manifold->count; k++)

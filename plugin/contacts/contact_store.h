@@ -17,6 +17,7 @@
 #include "util/list.h"
 #include "util/prefetch.h"
 
+#include <stdatomic.h>
 #include <threads.h>
 
 /*
@@ -106,9 +107,9 @@ typedef struct pinch_buffered_contact {
     int joint;       /* index of the contact joint it came with, -1 for none */
     int8_t point;    /* its place in the manifold, -1 for none */
     bool swapped;    /* the pair's first geom is the contact's second */
-    /* of a pair's first contact that one of several threads takes: of the pair, in the last step; and now */
-    bool was_prescribed, unchanged;
 } pinch_buffered_contact;
+
+typedef PINCH_LIST(pinch_buffered_contact) pinch_buffered_list;
 
 /* A first friction direction as it was handed over. */
 typedef struct pinch_direction {
@@ -151,19 +152,20 @@ typedef struct pinch_contact_store {
         int surface;                   /* -1: not known */
     } last_given;
 
-    PINCH_LIST(pinch_buffered_contact) buffer;
+    pinch_buffered_list buffer;
     PINCH_LIST(pinch_direction) directions;
     PINCH_LIST(pinch_contact_joint) contact_joints;
     int buffered_before, directions_before; /* the last step's, which are there as far as this step has not replaced
                                              * them; -1: unknown */
     struct {
-        PINCH_LIST(pinch_buffered_contact) contacts;
+        pinch_buffered_list contacts;
         PINCH_LIST(pinch_direction) directions;
         int first, first_direction; /* the places in the last step that these had */
         bool any;
     } put_aside; /* of the last step, where this one's contacts come in another order */
-    PINCH_LIST(pinch_buffered_contact) given_back; /* see contact_buffer.h */
-    int expected;                                  /* where the last step had what mostly comes next */
+    bool behind; /* this step's contacts come behind those of the last step, whose directions are put aside */
+    atomic_bool chains_cross; /* the contacts of some pair do not follow each other */
+    int expected;             /* where the last step had what mostly comes next */
     PINCH_LIST(pinch_ode_contact) results;
 
     /* what is still as in the last step, as far as the contacts handed over so far tell */

@@ -95,37 +95,37 @@ static bool find_pairs(const shared_detection *s, int number, pinch_near_pair_li
     return true;
 }
 
-/* Takes the contacts found between a pair into the places that the batch had in the last step, or puts them among those
- * that were not taken. */
-static bool take_or_keep(const shared_detection *s, pinch_near_batch *batch, int place, pinch_near_pair *pair,
-                         const pinch_found_contacts *found)
+/* Takes the contacts found between a pair, or puts them among those that were not taken. left: places that the batch
+ * had in the last step; place: where the contacts come if all go on as they were. */
+static bool take_or_keep(const shared_detection *s, pinch_near_batch *batch, pinch_range *left, int place,
+                         pinch_near_pair *pair, const pinch_found_contacts *found)
 {
-    const pinch_range places = {place, found->count};
-    bool has_places = s->may_take_again && place + found->count <= batch->places.first + batch->places.count;
-    pinch_taken taken = has_places ? pinch_take_again(s->sink, pair->geom, found->items, places) : PINCH_NOT_TAKEN;
-    if (taken != PINCH_TAKEN_UNCHANGED) batch->changed = true;
+    int count = found->count;
+    pinch_taken taken = pinch_take_again(s->sink, pair->geom, found->items, count, left);
     pair->taken = taken != PINCH_NOT_TAKEN;
-    pair->points.first = pair->taken ? place : batch->contacts.count;
+    pair->points.first = pair->taken ? left->first - count : batch->contacts.count;
+    batch->changed = batch->changed || taken != PINCH_TAKEN_UNCHANGED;
+    batch->moves = batch->moves || !pair->taken || pair->points.first != place;
     if (pair->taken) return true;
-    if (!PINCH_RESERVE(batch->contacts, batch->contacts.count + found->count)) return false;
-    memcpy(batch->contacts.items + batch->contacts.count, found->items, (size_t)found->count * sizeof *found->items);
-    batch->contacts.count += found->count;
+    if (!PINCH_RESERVE(batch->contacts, batch->contacts.count + count)) return false;
+    memcpy(batch->contacts.items + batch->contacts.count, found->items, (size_t)count * sizeof *found->items);
+    batch->contacts.count += count;
     return true;
 }
 
 static pinch_status look_at_batch(const shared_detection *s, int number, pinch_found_contacts *found)
 {
     pinch_near_batch *batch = &s->detection->batches.items[number];
+    pinch_range left = s->may_take_again ? batch->places : (pinch_range){0, 0};
     int place = batch->places.first;
     batch->contacts.count = 0;
-    batch->changed = false;
-    batch->looked_at = s->detection->shared;
+    batch->changed = batch->moves = false;
     if (!find_pairs(s, number, &batch->pairs)) return PINCH_OUT_OF_MEMORY;
     for (int k = 0; k < batch->pairs.count; k++) {
         pinch_near_pair *pair = &batch->pairs.items[k];
         pinch_status status = look_at(&s->detection->request, pair, found);
         if (status != PINCH_OK) return status;
-        if (found->count > 0 && !take_or_keep(s, batch, place, pair, found)) return PINCH_OUT_OF_MEMORY;
+        if (found->count > 0 && !take_or_keep(s, batch, &left, place, pair, found)) return PINCH_OUT_OF_MEMORY;
         place += found->count;
     }
     batch->places.count = place - batch->places.first;
@@ -144,70 +144,97 @@ static void look_at_some(void *context, int worker, int first, int end)
     if (status != PINCH_OK) atomic_store(&s->detection->status, (int)status);
 }
 
-/* Counts pairs and contacts, and gives each batch the places of its contacts. Tells whether all have been taken where
- * they come, and whether they are those of the last step, to the bit. */
-static bool count_batches(const shared_detection *s, int *contacts, bool *unchanged)
+/* Counts pairs and contacts, and gives each batch the places of its contacts. Tells whether all are in their places. */
+static bool count_batches(const shared_detection *s, int *contacts)
 {
-    bool taken = s->may_take_again;
+    bool in_place = s->may_take_again;
     *contacts = s->detection->pairs_before = 0;
-    *unchanged = true;
     for (int b = 0; b < batches_of(s); b++) {
         pinch_near_batch *batch = &s->detection->batches.items[b];
-        taken = taken && batch->contacts.count == 0 && (batch->places.count == 0 || batch->places.first == *contacts);
-        *unchanged = *unchanged && !batch->changed;
+        in_place = in_place && !batch->moves && (batch->places.count == 0 || batch->places.first == *contacts);
         batch->places.first = *contacts;
         *contacts += batch->places.count;
         s->detection->pairs_before += batch->pairs.count;
     }
     s->detection->batches_before = batches_of(s);
-    return taken;
+    return in_place;
 }
 
-static void give_back_all(const shared_detection *s)
+/* Are all contacts those of the last step, to the bit? */
+static bool all_unchanged(const shared_detection *s)
 {
+    bool unchanged = true;
+    for (int b = 0; b < batches_of(s); b++) unchanged = unchanged && !s->detection->batches.items[b].changed;
+    return unchanged;
+}
+
+/* Hands the contacts on that were not taken, in their order. Some may be none of Pinch's. */
+static pinch_status hand_rest_on(const shared_detection *s)
+{
+    const pinch_contact_store *store = s->sink->store;
     for (int b = 0; b < batches_of(s); b++) {
-        const pinch_near_batch *batch = &s->detection->batches.items[b];
-        bool looked_at = batch->looked_at == s->detection->shared; /* unless a pair before it went wrong */
-        for (int k = 0; k < batch->pairs.count && looked_at; k++) {
+        pinch_near_batch *batch = &s->detection->batches.items[b];
+        for (int k = 0; k < batch->pairs.count && batch->contacts.count > 0; k++) {
             pinch_near_pair *pair = &batch->pairs.items[k];
-            if (pair->taken) pair->points = pinch_give_back(s->sink, pair->points);
+            if (pair->taken || pair->points.count == 0) continue;
+            int found = pair->points.count, first = store->buffer.count;
+            pinch_status status = hand_on(pair, &batch->contacts, s->sink);
+            if (status != PINCH_OK) return status;
+            pair->points = (pinch_range){first, store->buffer.count - first};
+            batch->places.count += pair->points.count - found;
+        }
+    }
+    return PINCH_OK;
+}
+
+static void move_some(void *context, int worker, int first, int end)
+{
+    const shared_detection *s = context;
+    (void)worker;
+    for (int b = first; b < end; b++) {
+        const pinch_near_batch *batch = &s->detection->batches.items[b];
+        int place = batch->places.first;
+        for (int k = 0; k < batch->pairs.count; k++) {
+            const pinch_range points = batch->pairs.items[k].points;
+            if (points.count > 0) pinch_move_contacts(s->sink->store, points, place);
+            place += points.count;
         }
     }
 }
 
-/* Hands all contacts on in their order. */
-static pinch_status hand_all_on(const shared_detection *s)
+/* Brings contacts that were taken and those that were not into the order of pairs. */
+static pinch_status bring_together(pinch_workers *workers, shared_detection *s)
 {
-    pinch_status status = PINCH_OK;
-    for (int b = 0; b < batches_of(s); b++) {
-        const pinch_near_batch *batch = &s->detection->batches.items[b];
-        for (int k = 0; k < batch->pairs.count && status == PINCH_OK; k++) {
-            const pinch_near_pair *pair = &batch->pairs.items[k];
-            status = pair->taken ? pinch_buffer_given_back(s->sink, pair->geom, pair->points)
-                                 : hand_on(pair, &batch->contacts, s->sink);
-        }
-    }
-    return status;
+    pinch_contact_store *store = s->sink->store;
+    int contacts;
+    if (!pinch_begin_behind(store)) return PINCH_OUT_OF_MEMORY;
+    pinch_status status = hand_rest_on(s);
+    if (status != PINCH_OK) return status;
+    (void)count_batches(s, &contacts);
+    if (!pinch_begin_moving(store, contacts)) return PINCH_OUT_OF_MEMORY;
+    pinch_workers_run(workers, move_some, s, batches_of(s), 1);
+    pinch_end_moving(store, contacts, all_unchanged(s));
+    return PINCH_OK;
 }
 
 static pinch_status detect_with(pinch_workers *workers, shared_detection *s)
 {
     pinch_detection *d = s->detection;
+    pinch_contact_store *store = s->sink->store;
     int contacts;
-    bool unchanged;
     if (!reserve_batches(d, batches_of(s))) return PINCH_OUT_OF_MEMORY;
-    s->may_take_again = d->batches_before == batches_of(s) && pinch_may_take_again(s->sink->store);
-    d->shared++;
+    s->may_take_again = d->batches_before == batches_of(s) && pinch_may_take_again(store);
     atomic_store(&d->status, PINCH_OK);
     pinch_workers_run(workers, look_at_some, s, batches_of(s), 1);
+    bool in_place = count_batches(s, &contacts);
     pinch_status status = (pinch_status)atomic_load(&d->status);
-    if (count_batches(s, &contacts, &unchanged) && status == PINCH_OK) {
-        pinch_taken_again(s->sink->store, contacts, unchanged);
-        return PINCH_OK;
-    }
-    give_back_all(s);
-    if (status == PINCH_OK) status = hand_all_on(s);
-    pinch_given_back(s->sink->store, status == PINCH_OK);
+    if (status == PINCH_OK && !s->may_take_again)
+        status = hand_rest_on(s);
+    else if (status == PINCH_OK && in_place)
+        pinch_taken_again(store, contacts, all_unchanged(s));
+    else if (status == PINCH_OK)
+        status = bring_together(workers, s);
+    if (status != PINCH_OK && s->may_take_again) pinch_abandon_taken(store);
     return status;
 }
 

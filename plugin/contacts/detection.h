@@ -24,9 +24,9 @@ typedef struct pinch_near_batch {
     pinch_near_pair_list pairs;
     pinch_found_contacts contacts; /* that were not taken */
     pinch_range places;            /* of its contacts, in the last detection by several threads; then in this one */
-    unsigned looked_at;            /* in which of these */
     bool changed;                  /* some are not those of the last step, to the bit */
-    char apart[64 - 2 * sizeof(void *) - 8 * sizeof(int)];
+    bool moves;                    /* some are not in their places */
+    char apart[64 - 2 * sizeof(void *) - 7 * sizeof(int)];
 } pinch_near_batch;
 
 typedef struct pinch_detection {
@@ -36,7 +36,6 @@ typedef struct pinch_detection {
     PINCH_LIST(pinch_near_batch) batches;
     int pairs_before;                                   /* in the last detection */
     int batches_before;                                 /* in the last detection by several threads */
-    unsigned shared;                                    /* how many detections by several threads there have been */
     pinch_found_contacts found[PINCH_ODE_MOST_THREADS]; /* scratch of each thread: of one pair */
     atomic_int status;                                  /* pinch_status: what went wrong with a pair */
 } pinch_detection;

@@ -20,8 +20,8 @@
 
 typedef struct pinch_near_pair {
     dGeomID geom[2];
-    pinch_range points; /* for who looks at the pair: its contacts */
-    bool taken;         /* they are in the contact buffer */
+    pinch_range points; /* for who looks at the pair: its contacts, which are in the contact buffer */
+    bool taken;         /* or else are not yet */
 } pinch_near_pair;
 
 typedef PINCH_LIST(pinch_near_pair) pinch_near_pair_list;
