@@ -276,7 +276,7 @@ void pinch_force_assemble_elements(pinch_force_system *s)
     pair_blocks blocks = {.cluster = {-1, -1}};
     clear_matrix(s);
     if (s->meets) {
-        pinch_loop(s->crew, s->mobility->cluster_count, assemble_columns, s);
+        pinch_each(s->crew, s->mobility->cluster_count, assemble_columns, s);
         return;
     }
     for (int c = 0; c < s->mobility->cluster_count; c++) put_unit(s, c);
@@ -355,7 +355,7 @@ void pinch_force_find_residual(const pinch_force_system *s, const double *rhs, c
 {
     residual_task task = {s, rhs, x, residual};
     if (s->meets) {
-        pinch_loop(s->crew, s->mobility->cluster_count, find_residual_of, &task);
+        pinch_each(s->crew, s->mobility->cluster_count, find_residual_of, &task);
         return;
     }
     find_residual_of(&task, 0, s->mobility->cluster_count);

@@ -216,16 +216,11 @@ static void set_proximal_terms(pinch_force_system *s, const pinch_problem *probl
     }
 }
 
-typedef struct cluster_task {
-    const pinch_force_system *system;
-    int *cluster; /* two of each element */
-} cluster_task;
-
 static void copy_clusters(void *argument, int first, int end)
 {
-    const cluster_task *task = argument;
+    const pinch_force_system *s = argument;
     for (int k = first; k < end; k++)
-        for (int side = 0; side < 2; side++) task->cluster[2 * k + side] = task->system->elements[k].cluster[side];
+        for (int side = 0; side < 2; side++) s->clusters[2 * k + side] = s->elements[k].cluster[side];
 }
 
 /* Lists the elements of each cluster. Returns false when memory ran out. */
@@ -234,16 +229,16 @@ static bool find_meetings(pinch_arena *arena, pinch_force_system *s)
     int clusters = s->mobility->cluster_count, count = 2 * s->element_count;
     s->meet_first = PINCH_ARENA_ARRAY(arena, int, clusters + 2);
     s->meets = PINCH_ARENA_ARRAY(arena, int, count + 1);
-    cluster_task of = {s, PINCH_ARENA_ARRAY(arena, int, count + 1)};
+    s->clusters = PINCH_ARENA_ARRAY(arena, int, count + 1);
     if (arena->failed) return false;
-    pinch_loop(s->crew, s->element_count, copy_clusters, &of);
+    pinch_each(s->crew, s->element_count, copy_clusters, s);
     memset(s->meet_first, 0, sizeof(int) * (size_t)(clusters + 2));
     int *next = s->meet_first + 1; /* where the next one goes; in the end, where those of the next cluster begin */
     for (int i = 0; i < count; i++)
-        if (of.cluster[i] >= 0) next[of.cluster[i] + 1]++;
+        if (s->clusters[i] >= 0) next[s->clusters[i] + 1]++;
     for (int c = 0; c < clusters; c++) next[c + 1] += next[c];
     for (int i = 0; i < count; i++)
-        if (of.cluster[i] >= 0) s->meets[next[of.cluster[i]]++] = i;
+        if (s->clusters[i] >= 0) s->meets[next[s->clusters[i]]++] = i;
     return true;
 }
 

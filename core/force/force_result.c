@@ -308,7 +308,7 @@ bool pinch_force_read_back(pinch_arena *arena, pinch_problem *problem, pinch_for
     read_back_task task = {problem, s, PINCH_ARENA_ARRAY(arena, double, problem->contact_count + 1),
                            PINCH_ARENA_ARRAY(arena, struct read_back_found, chunks + 1)};
     if (arena->failed) return false;
-    pinch_loop(s->crew, problem->body_count, read_back_bodies, &task);
+    pinch_each(s->crew, problem->body_count, read_back_bodies, &task);
     pinch_loop(s->crew, problem->contact_count, read_back_contacts, &task);
     for (int k = 0; k < chunks; k++) {
         result->floor_residual = fmax(result->floor_residual, task.found[k].floor_residual);

@@ -76,7 +76,7 @@ static int find_meetings(const pinch_force_system *s, meeting *meetings)
 {
     int count = 0;
     for (int k = 0; k < s->contact_count; k++) {
-        const int *c = s->elements[k].cluster;
+        const int *c = s->clusters ? s->clusters + 2 * k : s->elements[k].cluster;
         meeting *last = count > 0 ? &meetings[count - 1] : NULL;
         if (last && last->cluster[0] == c[0] && last->cluster[1] == c[1])
             last->count++;

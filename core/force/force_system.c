@@ -349,7 +349,7 @@ void pinch_force_add_impulses(const pinch_force_system *s, pinch_force_value val
 {
     impulse_task task = {s, value, to};
     if (s->meets) {
-        pinch_loop(s->crew, s->mobility->cluster_count, gather_impulses, &task);
+        pinch_each(s->crew, s->mobility->cluster_count, gather_impulses, &task);
         return;
     }
     for (int k = 0; k < s->element_count; k++)

@@ -107,6 +107,7 @@ typedef struct pinch_force_system {
     pinch_force_partial *partials; /* per chunk of elements: scratch */
     int *meet_first, *meets;       /* with a crew, per cluster: its elements in their order, as 2 k for block 0 of
                                     * element k and 2 k + 1 for block 1; otherwise NULL */
+    int *clusters;                 /* with a crew, per element: the two of its blocks, side by side; otherwise NULL */
     const pinch_body *bodies;      /* the problem's; NULL: none move */
     const pinch_mobility *mobility;
     int element_count, contact_count, multiplier_count;

@@ -424,9 +424,11 @@ static void go_back(void *argument, int first, int end)
     }
 }
 
+/* To hand a row from thread to thread takes as long as to eliminate some of its blocks. */
 static bool is_shared(const pinch_block_lu *lu, const pinch_crew *crew)
 {
-    bool small = crew && lu->earlier_start;
+    enum { BLOCKS = 4 /* of a row, in the mean */ };
+    bool small = crew && lu->earlier_start && lu->later_start[lu->count] >= BLOCKS * lu->count;
     for (int k = 0; k < lu->count && small; k++) small = lu->size[k] <= SMALL;
     return small;
 }

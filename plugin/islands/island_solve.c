@@ -69,13 +69,19 @@ static void fill_bodies(void *argument, int first, int end)
     }
 }
 
+static void apply_external(void *argument, int first, int end)
+{
+    const fill_task *task = argument;
+    for (int k = first; k < end; k++) pinch_apply_external(&task->problem->bodies[k], task->context->h);
+}
+
 static void fill(island_solve *s)
 {
     pinch_problem *problem = &s->problem;
     fill_task task = {s->context, s->bodies, s->island, problem};
-    pinch_loop(problem->crew, problem->body_count, fill_bodies, &task);
+    pinch_each(problem->crew, problem->body_count, fill_bodies, &task);
     pinch_fill_joints(s->joints, s->context, s->bodies, &s->island->joints, problem);
-    for (int k = 0; k < problem->body_count; k++) pinch_apply_external(&problem->bodies[k], s->context->h);
+    pinch_each(problem->crew, problem->body_count, apply_external, &task);
     pinch_fill_contacts(s->context, s->contacts, s->bodies, s->island, problem);
     pinch_limit_drives(s->contacts, s->bodies, s->island, false, problem);
 }
@@ -462,14 +468,14 @@ static bool give_answer(island_solve *s)
     pinch_island *island = s->island;
     const pinch_problem *problem = &s->problem;
     answer_task task = {.bodies = bodies, .island = island, .problem = problem};
-    pinch_loop(problem->crew, island->bodies.count, read_bodies, &task);
+    pinch_each(problem->crew, island->bodies.count, read_bodies, &task);
     pinch_read_joints(joints, &island->joints, problem);
     island->drives_at_limit = pinch_drives_at_limit(island, problem);
     pinch_read_out_contacts(s->contacts, bodies, island, problem);
     bool rounds = rounding_moves_bodies(problem);
     if (island->result.dependent_rows > 0 || rounds)
         pinch_share_joint_forces(joints, bodies, island->bodies, &island->joints, problem, rounds);
-    pinch_loop(problem->crew, island->bodies.count, give_forces, &task);
+    pinch_each(problem->crew, island->bodies.count, give_forces, &task);
     if (context->solve_and_advance)
         pinch_give_joint_forces(joints, context, bodies, island->bodies, &island->joints, problem);
     if (!pinch_joint_fallback_needed(context, bodies, island)) return true;

@@ -190,7 +190,7 @@ void pinch_move_bodies(const pinch_step_context *context, pinch_island_graph *gr
                        const pinch_crew *crew, bool moves)
 {
     move_task task = {context, &graph->bodies, island, moves};
-    if (island->moved_by_pinch) pinch_loop(crew, island->bodies.count, move_some, &task);
+    if (island->moved_by_pinch) pinch_each(crew, island->bodies.count, move_some, &task);
     for (int k = 0; k < island->kinematic.count; k++) {
         const pinch_kinematic_body *b = pinch_kinematic_body_of(graph, island, k);
         if (b->by_pinch && !b->shared) move(context, b->body, NULL, moves);
