@@ -12,12 +12,18 @@ static double block_norm2(const pinch_row_block *block)
     return sum;
 }
 
+/* The values of an element, and what may come behind them, are aligned for lanes. */
+static int value_room(int rows)
+{
+    return (pinch_force_value_count(rows) + 1) / 2 * 2;
+}
+
 /* Gives an element its law, and room for the values of its rows. Returns false when memory runs out. */
 static bool make_room(pinch_arena *arena, const pinch_contact_law *law, pinch_force_element *e)
 {
     e->law = law;
     e->rows = law->rows;
-    e->values = PINCH_ARENA_ARRAY(arena, double, pinch_force_value_count(law->rows));
+    e->values = PINCH_ARENA_ARRAY(arena, double, value_room(law->rows));
     return e->values != NULL;
 }
 
@@ -47,15 +53,11 @@ static const pinch_contact_law *law_of(pinch_arena *arena, const pinch_contact *
     return kept;
 }
 
-/* before: the law of the contact before, where this one has the same; otherwise NULL. */
-static bool add_contact(pinch_arena *arena, pinch_contact *contact, const pinch_contact_law *before, laws *known,
-                        pinch_force_element *e)
+static void begin_element(pinch_contact *contact, pinch_force_element *e)
 {
-    const pinch_contact_law *law = before ? before : law_of(arena, contact, known);
     memset(e, 0, sizeof *e);
     e->contact = contact;
     e->sinks_at_most = INFINITY;
-    return law && make_room(arena, law, e);
 }
 
 /* Returns w0 as the rows are added to. */
@@ -67,52 +69,95 @@ static double *begin_rows(const pinch_force_element *e)
     return w0;
 }
 
-typedef struct rows_task {
+static bool add_contact(pinch_arena *arena, const pinch_problem *problem, const pinch_mobility *mobility, laws *known,
+                        pinch_force_element *e)
+{
+    const pinch_contact_law *law = law_of(arena, e->contact, known);
+    return law && make_room(arena, law, e) &&
+           pinch_contact_rows(arena, mobility, problem->bodies, e->contact, e->block, e->cluster, begin_rows(e));
+}
+
+/* ---- contacts between single bodies, by all threads ---- */
+
+typedef struct contact_task {
     const pinch_problem *problem;
     const pinch_force_system *system;
-    bool *as_before; /* per contact: it has the law of the one before */
-} rows_task;
+    const pinch_contact_law **law; /* per contact, where it is not that of the one before */
+    bool *as_before;               /* per contact: it is, within a chunk */
+    size_t *room;                  /* per chunk: doubles; later how many the chunks before have */
+    double *all;
+} contact_task;
 
-static void compare_laws(void *argument, int first, int end)
+static void look_at_contacts(void *argument, int first, int end)
 {
-    const rows_task *task = argument;
+    const contact_task *task = argument;
     pinch_contact_law law[2];
-    if (first == end) return;
-    task->as_before[first] = false;
-    pinch_contact_law_of(&task->problem->contacts[first], 0, &law[first % 2]);
-    for (int k = first + 1; k < end; k++) {
-        pinch_contact_law_of(&task->problem->contacts[k], 0, &law[k % 2]);
-        task->as_before[k] = memcmp(&law[0], &law[1], sizeof law[0]) == 0;
+    size_t room = 0;
+    for (int k = first; k < end; k++) {
+        const pinch_contact *c = &task->problem->contacts[k];
+        pinch_contact_law_of(c, 0, &law[k % 2]);
+        task->as_before[k] = k > first && memcmp(&law[0], &law[1], sizeof law[0]) == 0;
+        room += (size_t)(value_room(law[k % 2].rows) + pinch_contact_rows_room(task->system->mobility, c));
+    }
+    task->room[first / PINCH_CHUNK] = room;
+}
+
+static void place_contacts(void *argument, int first, int end)
+{
+    const contact_task *task = argument;
+    const pinch_mobility *mobility = task->system->mobility;
+    double *room = task->all + task->room[first / PINCH_CHUNK];
+    const pinch_contact_law *law = NULL;
+    for (int k = first; k < end; k++) {
+        pinch_force_element *e = &task->system->elements[k];
+        begin_element(&task->problem->contacts[k], e);
+        e->law = law = task->as_before[k] ? law : task->law[k];
+        e->rows = law->rows;
+        e->values = room;
+        room += value_room(law->rows);
+        pinch_contact_rows_place(mobility, e->contact, room, e->block, e->cluster);
+        room += pinch_contact_rows_room(mobility, e->contact);
+        pinch_contact_rows_fill(mobility, task->problem->bodies, e->contact, e->block, begin_rows(e));
     }
 }
 
-static void fill_rows(void *argument, int first, int end)
+/* Returns false when memory runs out. */
+static bool share_contacts(pinch_arena *arena, const pinch_problem *problem, const pinch_force_system *s)
 {
-    const rows_task *task = argument;
-    for (int k = first; k < end; k++) {
-        const pinch_force_element *e = &task->system->elements[k];
-        pinch_contact_rows_fill(task->system->mobility, task->problem->bodies, e->contact, e->block, begin_rows(e));
+    int count = problem->contact_count, chunks = pinch_chunk_count(count);
+    laws known = {.next = 0};
+    contact_task task = {problem,
+                         s,
+                         PINCH_ARENA_ARRAY(arena, const pinch_contact_law *, count + 1),
+                         PINCH_ARENA_ARRAY(arena, bool, count + 1),
+                         PINCH_ARENA_ARRAY(arena, size_t, chunks + 1),
+                         NULL};
+    size_t all = 0;
+    if (arena->failed) return false;
+    pinch_loop(s->crew, count, look_at_contacts, &task);
+    for (int k = 0; k < chunks; k++) {
+        size_t room = task.room[k];
+        task.room[k] = all;
+        all += room;
     }
+    for (int k = 0; k < count; k++)
+        if (!task.as_before[k] && !(task.law[k] = law_of(arena, &problem->contacts[k], &known))) return false;
+    task.all = PINCH_ARENA_ARRAY(arena, double, all + 1);
+    if (!task.all) return false;
+    pinch_loop(s->crew, count, place_contacts, &task);
+    return true;
 }
 
 /* Adds the contacts. Returns false when memory runs out. */
-static bool add_contacts(pinch_arena *arena, pinch_problem *problem, pinch_force_system *s)
+static bool add_contacts(pinch_arena *arena, const pinch_problem *problem, pinch_force_system *s)
 {
     laws known = {.next = 0};
-    bool single = pinch_all_clusters_single(s->mobility);
-    rows_task task = {problem, s, s->crew ? PINCH_ARENA_ARRAY(arena, bool, problem->contact_count + 1) : NULL};
-    if (arena->failed) return false;
-    if (s->crew) pinch_loop(s->crew, problem->contact_count, compare_laws, &task);
-    for (int k = 0; k < problem->contact_count; k++) {
-        pinch_contact *c = &problem->contacts[k];
-        pinch_force_element *e = &s->elements[k];
-        if (!add_contact(arena, c, s->crew && task.as_before[k] ? e[-1].law : NULL, &known, e)) return false;
-        if (!(single ? pinch_contact_rows_place(arena, s->mobility, c, e->block, e->cluster)
-                     : pinch_contact_rows(arena, s->mobility, problem->bodies, c, e->block, e->cluster, begin_rows(e))))
-            return false;
-    }
-    if (single) pinch_loop(s->crew, problem->contact_count, fill_rows, &task);
     s->element_count = problem->contact_count;
+    if (s->crew && pinch_all_clusters_single(s->mobility)) return share_contacts(arena, problem, s);
+    for (int k = 0; k < problem->contact_count; k++) {
+        begin_element(&problem->contacts[k], &s->elements[k]);
+        if (!add_contact(arena, problem, s->mobility, &known, &s->elements[k])) return false;
+    }
     return true;
 }
 

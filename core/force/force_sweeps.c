@@ -64,7 +64,7 @@ typedef struct swept_contact {
     double g[2][PINCH_FORCE_CONTACT * PINCH_FORCE_BODY]; /* zero for such a partner */
     double still[PINCH_FORCE_CONTACT];                   /* w_0 - b */
     double rho[PINCH_FORCE_CONTACT], keep[PINCH_FORCE_CONTACT]; /* 1 - rho C */
-    double r[PINCH_FORCE_CONTACT];
+    double *r; /* its forces, which lie apart from what threads only read */
 } swept_contact;
 
 /* Contacts that follow each other and are those of the same two bodies, -1: what does not move. */
@@ -152,15 +152,17 @@ static meeting *put_in_order(pinch_arena *arena, const meeting *meetings, int co
     return ordered;
 }
 
-/* Gathers what sweeps read of a contact. `none` is q of what does not move. */
-static void gather(const pinch_force_system *s, pinch_force_element *e, double *none, swept_contact *c)
+/* Gathers what sweeps read of a contact. `none` is q of what does not move; r: where its forces are to be. */
+static void gather(const pinch_force_system *s, pinch_force_element *e, double *none, double *r, swept_contact *c)
 {
     const double *w0 = pinch_force_values(e, PINCH_FORCE_W0), *b = pinch_force_values(e, PINCH_FORCE_B);
-    const double *rho = pinch_force_values(e, PINCH_FORCE_RHO), *r = pinch_force_values(e, PINCH_FORCE_R);
+    const double *rho = pinch_force_values(e, PINCH_FORCE_RHO);
     const double *compliance = pinch_force_values(e, PINCH_FORCE_COMPLIANCE);
     c->element = e;
     c->usual = pinch_force_has_disc(e) && e->law->friction[0] < INFINITY;
     if (!c->usual) return;
+    c->r = r;
+    memcpy(r, pinch_force_values(e, PINCH_FORCE_R), sizeof *r * PINCH_FORCE_CONTACT);
     c->low = e->law->low, c->high = e->law->high;
     c->friction = e->law->friction[0], c->limit = e->law->limit[0];
     for (int side = 0; side < 2; side++) {
@@ -175,7 +177,6 @@ static void gather(const pinch_force_system *s, pinch_force_element *e, double *
         c->still[i] = w0[i] - b[i];
         c->rho[i] = rho[i];
         c->keep[i] = 1 - rho[i] * compliance[i];
-        c->r[i] = r[i];
     }
 }
 
@@ -215,6 +216,7 @@ static inline void visit(swept_contact *restrict c, double h)
 typedef struct sweeping {
     pinch_force_system *system;
     swept_contact *contacts; /* in it, */
+    double *forces;          /* theirs, */
     int *order, count;       /* and their numbers in the system */
     double *none;            /* q of what does not move; with a crew, one of each contact */
     const meeting *meetings; /* in it */
@@ -278,7 +280,9 @@ static bool find_awaited(pinch_arena *arena, sweeping *w)
 static void gather_contacts(void *argument, int first, int end)
 {
     const sweeping *w = argument;
-    for (int i = first; i < end; i++) gather(w->system, &w->system->elements[w->order[i]], w->none, &w->contacts[i]);
+    for (int i = first; i < end; i++)
+        gather(w->system, &w->system->elements[w->order[i]], w->none, w->forces + PINCH_FORCE_CONTACT * i,
+               &w->contacts[i]);
 }
 
 static void put_forces_back(void *argument, int first, int end)
@@ -287,7 +291,7 @@ static void put_forces_back(void *argument, int first, int end)
     for (int i = first; i < end; i++)
         if (w->contacts[i].usual)
             memcpy(pinch_force_values(w->contacts[i].element, PINCH_FORCE_R), w->contacts[i].r,
-                   sizeof w->contacts[i].r);
+                   sizeof *w->forces * PINCH_FORCE_CONTACT);
 }
 
 /* Finds an order that suits heaps. Returns false when memory ran out. */
@@ -309,6 +313,7 @@ bool pinch_force_sweep_alone(pinch_arena *arena, pinch_force_system *s, int coun
     int nones = PINCH_FORCE_BODY * (s->crew ? s->contact_count : 1);
     sweeping w = {.system = s,
                   .contacts = PINCH_ARENA_ARRAY(arena, swept_contact, s->contact_count + 1),
+                  .forces = PINCH_ARENA_ARRAY(arena, double, PINCH_FORCE_CONTACT * s->contact_count + 1),
                   .order = PINCH_ARENA_ARRAY(arena, int, s->contact_count + 1),
                   .count = s->contact_count,
                   .none = PINCH_ARENA_ARRAY(arena, double, nones),

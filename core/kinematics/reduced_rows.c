@@ -173,7 +173,19 @@ bool pinch_all_clusters_single(const pinch_mobility *mobility)
     return true;
 }
 
-bool pinch_contact_rows_place(pinch_arena *arena, const pinch_mobility *mobility, const pinch_contact *contact,
+/* The blocks of both sides are aligned for lanes. */
+static int block_room(const pinch_mobility *mobility, int body, int rows)
+{
+    return body < 0 ? 0 : (mobility->clusters[mobility->cluster_of[body]].freedoms * rows + 1) / 2 * 2;
+}
+
+int pinch_contact_rows_room(const pinch_mobility *mobility, const pinch_contact *contact)
+{
+    int rows = (int)contact->model;
+    return block_room(mobility, contact->body1, rows) + block_room(mobility, contact->body2, rows);
+}
+
+void pinch_contact_rows_place(const pinch_mobility *mobility, const pinch_contact *contact, double *room,
                               pinch_row_block block[2], int cluster[2])
 {
     int rows = (int)contact->model, used = 0;
@@ -183,11 +195,9 @@ bool pinch_contact_rows_place(pinch_arena *arena, const pinch_mobility *mobility
     for (int side = 0; side < 2; side++) {
         if (body[side] < 0) continue;
         const pinch_cluster *of = &mobility->clusters[cluster[used] = mobility->cluster_of[body[side]]];
-        double *g = PINCH_ARENA_ARRAY(arena, double, of->freedoms *rows);
-        if (!g) return false;
-        block[used++] = (pinch_row_block){of->first, of->freedoms, g};
+        block[used++] = (pinch_row_block){of->first, of->freedoms, room};
+        room += block_room(mobility, body[side], rows);
     }
-    return true;
 }
 
 void pinch_contact_rows_fill(const pinch_mobility *mobility, const pinch_body *bodies, const pinch_contact *contact,
@@ -221,7 +231,9 @@ bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, cons
             if (body[side] >= 0) pinch_contact_jacobian(contact, &bodies[body[side]], rows, jacobian[side]);
         return reduce_rows(arena, mobility, &given, block, cluster, w0);
     }
-    if (!pinch_contact_rows_place(arena, mobility, contact, block, cluster)) return false;
+    double *room = PINCH_ARENA_ARRAY(arena, double, pinch_contact_rows_room(mobility, contact));
+    if (!room) return false;
+    pinch_contact_rows_place(mobility, contact, room, block, cluster);
     pinch_contact_rows_fill(mobility, bodies, contact, block, w0);
     return true;
 }

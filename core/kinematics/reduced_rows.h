@@ -29,10 +29,11 @@ void pinch_contact_jacobian(const pinch_contact *contact, const pinch_body *body
 bool pinch_contact_rows(pinch_arena *arena, const pinch_mobility *mobility, const pinch_body *bodies,
                         const pinch_contact *contact, pinch_row_block block[2], int cluster[2], double *w0);
 
-/* Where all clusters are single bodies without joints, a contact's rows can be placed first and filled later, by any
- * thread. */
+/* Where all clusters are single bodies without joints, a contact's rows can be placed in a room of so many doubles, and
+ * then be filled, by any thread. */
 bool pinch_all_clusters_single(const pinch_mobility *mobility);
-bool pinch_contact_rows_place(pinch_arena *arena, const pinch_mobility *mobility, const pinch_contact *contact,
+int pinch_contact_rows_room(const pinch_mobility *mobility, const pinch_contact *contact);
+void pinch_contact_rows_place(const pinch_mobility *mobility, const pinch_contact *contact, double *room,
                               pinch_row_block block[2], int cluster[2]);
 void pinch_contact_rows_fill(const pinch_mobility *mobility, const pinch_body *bodies, const pinch_contact *contact,
                              const pinch_row_block block[2], double *w0);

@@ -127,16 +127,15 @@ static void keep_own_law(double step, const pinch_contact *c, const double *roll
 }
 
 /* Adds a result's force and torques to what the bodies will get. */
-static void add_wrenches(const pinch_step_bodies *bodies, const pinch_pair *pair, const pinch_contact *c,
-                         const pinch_ode_contact *out)
+static void add_wrenches(const pinch_step_bodies *bodies, const pinch_pair *pair, const pinch_ode_contact *out)
 {
     for (int side = 0; side < 2; side++) {
         if (pair->step_body[side] < 0) continue;
         double sign = side ? -1 : 1;
         pinch_step_body *body = &bodies->items[pair->step_body[side]];
-        add_wrench(body, c->position, out->force, sign);
-        if (c->model >= PINCH_CONTACT_SOFT) pinch_v3_add_scaled(body->wrench + 3, sign * c->force[3], c->normal);
-        if (c->model == PINCH_CONTACT_ROLLING) pinch_v3_add_scaled(body->wrench + 3, sign, out->rolling_moment);
+        add_wrench(body, out->position, out->force, sign);
+        if (out->torsion != 0) pinch_v3_add_scaled(body->wrench + 3, sign * out->torsion, out->normal);
+        pinch_v3_add_scaled(body->wrench + 3, sign, out->rolling_moment);
     }
 }
 
@@ -168,8 +167,8 @@ static void read_out_pairs(const read_task *task, int first, int end)
                 if (!pair->has_material) keep_own_law(problem->step, c, out->rolling_moment, &pair->manifold.point[k]);
             }
             if (!adds) continue;
-            add_wrenches(task->bodies, pair, c, out);
-            if (c->depth > task->island->depth_max) task->island->depth_max = c->depth;
+            add_wrenches(task->bodies, pair, out);
+            if (out->depth > task->island->depth_max) task->island->depth_max = out->depth;
         }
     }
 }
