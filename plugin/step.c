@@ -23,6 +23,7 @@ static void watch_world(pinch_ode *p, double h)
     now[3] = dWorldGetERP(world), now[4] = dWorldGetCFM(world);
     now[5] = dWorldGetContactMaxCorrectingVel(world), now[6] = dWorldGetContactSurfaceLayer(world);
     p->context.h = h;
+    p->context.h_before = p->last_h;
     p->context.same_world = h == p->last_h && memcmp(now, p->world_values, sizeof p->world_values) == 0;
     memcpy(p->context.gravity, now, sizeof p->context.gravity);
     p->context.values = (pinch_world_values){now[3], now[4], now[5], now[6]};

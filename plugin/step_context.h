@@ -14,7 +14,7 @@ typedef struct pinch_step_context {
     dJointGroupID joint_group;   /* joints that Pinch makes for this step alone */
     pinch_ode_settings settings; /* only the stepper and move_bodies change after creation */
     long number;                 /* of the step that contacts are being handed over for */
-    double h;                    /* s */
+    double h, h_before;          /* s; of the last step, 0: there was none */
     double gravity[3];           /* m/s^2, of the solve */
     pinch_world_values values;
     dVector3 gravity_now;   /* m/s^2, when bodies are moved: a program may change it in between */

@@ -41,6 +41,7 @@ typedef struct pinch_own_law {
     double impact;     /* N, of this step: the normal force by which it bounced; 0 without a bounce */
     double gave_way;   /* m/s, of this step: by how much it gave way to that */
     double pose_speed; /* m/s, of this step: see pinch_surface_conditions */
+    double paced_step; /* s, of this step: the same */
     double eased;      /* m/s, of this step: the same, where a body that its owner moves comes in; otherwise 0 */
     double carries_at; /* m/s, >= 0, of this step: how fast a body that its owner moves goes along the contact */
     double carried_at; /* the same of the last step that was solved */

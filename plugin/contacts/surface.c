@@ -41,6 +41,10 @@ static const double INSIDE = 1;
  *
  * In steps of LONG_STEP seconds the part of the size is slow enough, and in shorter ones as fast: jams come apart, and
  * small weights are no reason to stay. Without weight there is no height to hop to.
+ *
+ * In a step that is shorter than others of late a hard contact takes back the less, and all of this goes at the pace of
+ * the longest of these: a depth may be what the contact bears its load with, which is the deeper the longer the step
+ * is.
  */
 static const double DEEP = 0.02, STIFF = 0.01, LONG_STEP = 5e-3, SLOWLY_POSED = 0.5;
 
@@ -176,6 +180,11 @@ static void add_approach(pinch_surface_conditions *conditions, double h, double 
     conditions->approach_depth = pinch_smaller(pinch_larger(at_a_time, conditions->approach_depth), depth);
 }
 
+double pinch_surface_erp(const pinch_step_context *context, const pinch_surface *s)
+{
+    return isnan(s->erp) ? pinch_within(context->values.erp, 0, 1) : s->erp;
+}
+
 /*
  * Returns the depth (m) at the pace of which bodies that are so deep in each other come apart. What the contact's own
  * compliance gives way to the force that it bears comes back at twice that pace at least: joints may put more weight on
@@ -185,8 +194,8 @@ static double deepest_in(const pinch_step_context *context, pinch_surface_condit
                          double cfm, double depth)
 {
     double limit = DEEP * conditions->size, pace = context->h / erp;
-    double g = pinch_v3_norm(context->gravity), most = limit;
-    if (g > 0) most = pinch_smaller(pinch_larger(pace * sqrt(2 * g * depth), limit * context->h / LONG_STEP), limit);
+    double g = pinch_v3_norm(context->gravity), most = limit, slow = limit * conditions->paced_step / LONG_STEP;
+    if (g > 0) most = pinch_smaller(pinch_larger(pace * sqrt(2 * g * depth), slow), limit);
     if (!(pace * conditions->pose_speed > SLOWLY_POSED * most)) conditions->pose_speed = 0;
     /* where erp is 0, the pace has no bound, and no number comes of it beside a contact that bears nothing */
     return pinch_larger(pace * pinch_larger(2 * cfm * conditions->force, conditions->pose_speed),
@@ -267,9 +276,11 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
 {
     const pinch_world_values *world = &context->values;
     double h = context->h;
-    double erp = isnan(s->erp) ? pinch_within(world->erp, 0, 1) : s->erp;
-    double cfm = isnan(s->cfm) ? not_negative(world->cfm) : s->cfm;
-    cfm = pinch_larger(cfm / conditions->stands_for, least_compliance(conditions, h, erp) * h * conditions->mobility);
+    double erp = pinch_surface_erp(context, s);
+    double cfm = (isnan(s->cfm) ? not_negative(world->cfm) : s->cfm) / conditions->stands_for;
+    bool stiff = cfm < STIFF * conditions->paced_step * conditions->mobility; /* a short step makes no springs */
+    if (stiff) erp *= h / conditions->paced_step;
+    cfm = pinch_larger(cfm, least_compliance(conditions, h, erp) * h * conditions->mobility);
     c->model = s->rolls ? PINCH_CONTACT_ROLLING : PINCH_CONTACT_HARD;
     c->may_soften = true;
     for (int i = 0; i < 3; i++) {
@@ -283,7 +294,6 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
     if (c->depth > 0) c->depth = not_negative(c->depth - world->surface_layer);
     add_approach(conditions, h, erp, c->depth);
     double pressed_in = c->depth, push_out = erp * c->depth / h;
-    bool stiff = cfm < STIFF * conditions->longest_step * conditions->mobility; /* a short step makes no springs */
     if (stiff && pressed_in > conditions->approach_depth)
         pressed_in = pinch_smaller(deepest_in(context, conditions, erp, cfm, pressed_in), pressed_in);
     else

@@ -26,7 +26,7 @@ typedef struct pinch_surface_conditions {
     double approach;        /* velocity along the normal now, m/s, negative when approaching */
     double recent_approach; /* by how much bodies have come in of late by their own motion, m; out: with this step */
     double approach_depth;  /* how deep they have come in by it at a time, m; out: with this step */
-    double longest_step;    /* s, of this one and of the last one that was solved */
+    double paced_step;      /* s, the longest step of late */
     double pose_speed; /* at which the program moves the bodies into each other by their poses, m/s, >= 0; out: 0 where
                         * the overlap that this makes is parted at its own pace soon enough */
     double force;      /* of the contact along the normal in the last step, N */
@@ -46,6 +46,9 @@ bool pinch_surface_is_given_again(const dSurfaceParameters *a, const dSurfacePar
  * then ODE's own for the normal, pinch_surface_tangent. */
 bool pinch_surface_direction(const dContact *contact, double *tangent);
 void pinch_surface_tangent(const double *normal, double *tangent);
+
+/* Returns the part of an overlap that ODE takes back in a step. */
+double pinch_surface_erp(const pinch_step_context *context, const pinch_surface *surface);
 
 /* Fills in frame, stiffness, damping, friction and target velocities of a contact whose position, normal and depth are
  * known. Returns how much of the target velocity along the normal is a bounce (m/s). */

@@ -193,19 +193,45 @@ static void estimate_pose_speed(const pinch_step_context *context, pinch_pair *p
 }
 
 /*
+ * Finds the pace at which the bodies of a pair part: that of the longest step of late.
+ *
+ * A contact bears its load r with the depth C r h/erp. Under a floor of compliance, C = floor h W, that falls with the
+ * square of the step. What is left over as steps become shorter is no overlap that should be pushed out by the part erp
+ * in each of them: that would throw what rests, and the faster the shorter the step. So it comes up by the part erp
+ * h/s, where the pace step s falls by erp/2 of the time that goes by. The depth d, with dd/dt = -erp d/s, falls with
+ * s^2 as ds/dt = -erp/2, and so with the load that is borne at s. What bodies have come in by in longer steps, they
+ * have come in by at the pace of these. A single long step, in which a program hangs, does not count for more than a
+ * frame: what has fallen deep into the ground comes out again soon.
+ */
+static void follow_step(const pinch_step_context *context, pinch_pair *pair, double erp)
+{
+    static const double FORGOTTEN = 0.5; /* in a step, of erp and of its length */
+    static const double FRAME = 1.0 / 60;
+    double h = context->h, before = pair->buffered_before > 0 ? pair->paced_step : context->h_before;
+    pair->paced_step = pinch_larger(h, pinch_smaller(before, FRAME) - FORGOTTEN * erp * h);
+    if (!(pair->paced_step < before)) return;
+    pair->recent_approach_before *= pair->paced_step / before;
+    pair->approach_depth *= pair->paced_step / before;
+}
+
+/*
  * Looks, once in a step, at how the overlap of a pair goes on. What its bodies have come in by is forgotten where the
  * overlap points another way: a path turns little by little, and in a jam each way out leads into the next overlap.
  */
-static void follow_overlap(const pinch_step_context *context, pinch_pair *pair, double size)
+static void follow_overlap(const pinch_step_context *context, const pinch_contact_store *store, pinch_pair *pair,
+                           double size)
 {
     static const double NEARLY_SAME_WAY = 0.8;
     const pinch_manifold_point *deepest = &pair->manifold.point[0];
+    if (!(pair->paced_step > 0))
+        pair->paced_step = context->h; /* a new pair seems to be seen in a world's first step */
     if (pair->posed.seen_step == context->number) return;
     for (int k = 1; k < pair->manifold.count; k++)
         if (pair->manifold.point[k].depth > deepest->depth) deepest = &pair->manifold.point[k];
     bool goes_on =
         pair->buffered_before > 0 && pinch_v3_dot(deepest->normal, pair->posed.seen_normal) > NEARLY_SAME_WAY;
     pair->recent_approach_before = goes_on ? pair->recent_approach : 0;
+    follow_step(context, pair, pinch_surface_erp(context, &store->surfaces.items[deepest->own->surface].surface));
     estimate_pose_speed(context, pair, deepest, size);
 }
 
@@ -235,8 +261,6 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
 {
     pinch_own_law *own = point->own;
     double approach = parting_velocity(pair, point->position, c->normal);
-    /* what bodies have come in by in longer steps, they have come in by at the pace of these */
-    double longest = pinch_larger(context->h, own->step), shorter = context->h / longest;
     pinch_surface_conditions conditions = {
         .tangent1 = own->tangent1,
         .mobility = law->mobility,
@@ -245,9 +269,9 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
         .part = own->part,
         .bears = law->bears,
         .approach = approach,
-        .recent_approach = shorter * pair->recent_approach_before,
-        .approach_depth = shorter * pair->approach_depth,
-        .longest_step = longest,
+        .recent_approach = pair->recent_approach_before,
+        .approach_depth = pair->approach_depth,
+        .paced_step = pair->paced_step,
         .pose_speed = pair->posed.speed,
         .force = point->normal_force,
         .gives_way = own->compliance[0] * point->normal_force,
@@ -255,6 +279,7 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
     c->max_force = INFINITY;
     own->rebound = pinch_surface_apply(context, &store->surfaces.items[own->surface].surface, &conditions, c);
     own->pose_speed = conditions.pose_speed;
+    own->paced_step = conditions.paced_step;
     own->eased = conditions.eased;
     set_compliance_before(context->h, own, c);
     c->floor = own->floor;
@@ -356,7 +381,7 @@ static void fill_pairs(void *argument, int first, int end)
         pinch_prefetch_island_pairs(contacts, pairs, i, PINCH_READS_OWN_LAWS);
         pinch_material own;
         pair_law law = law_of_pair(contacts, pair, &own);
-        if (!pair->has_material) follow_overlap(context, pair, law.size);
+        if (!pair->has_material) follow_overlap(context, contacts, pair, law.size);
         for (int k = 0; k < pair->manifold.count; k++)
             fill_contact(context, contacts, bodies, pair, &law, &pair->manifold.point[k],
                          &filled[pair->first_in_island + k]);

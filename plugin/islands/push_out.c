@@ -194,10 +194,11 @@ static double mass_of(const pinch_problem *problem)
     return mass;
 }
 
-/* Tells whether a contact is soft by its own parameters. mobility: 1/kg, of its bodies. */
-static bool is_spring(const pinch_contact *c, double h, double mobility)
+/* Tells whether a contact is soft by its own parameters: a step that is shorter than others of late makes none of what
+ * was hard in these. mobility: 1/kg, of its bodies. */
+static bool is_spring(const pinch_contact *c, const pinch_own_law *own, double h, double mobility)
 {
-    return !(STIFF * h * mobility * (h * c->stiffness[0] + c->damping[0]) > 1);
+    return !(STIFF * own->paced_step * mobility * (h * c->stiffness[0] + c->damping[0]) > 1);
 }
 
 /* Returns the energy (J) that a contact's own spring gives back at most, with all bodies on it: its damper takes most
@@ -205,7 +206,7 @@ static bool is_spring(const pinch_contact *c, double h, double mobility)
 static double energy_of_spring(const pinch_contact *c, const pinch_own_law *own, double h, double mobility, double mass)
 {
     double k = c->stiffness[0], damping = c->damping[0];
-    if (own->rebound > 0 || !(k > 0) || !is_spring(c, h, mobility)) return 0;
+    if (own->rebound > 0 || !(k > 0) || !is_spring(c, own, h, mobility)) return 0;
     return 0.5 * k * c->depth * c->depth / (1 + damping * damping / (k * mass));
 }
 
@@ -276,7 +277,7 @@ static void open_group(const opening *o, groups *g, pinch_push_part *part)
         of_pair += 0.5 * push * push / mobility;
         part->asked += energy_of_spring(c, own, problem->step, mobility, o->mass);
         part->fastest = fmax(part->fastest, push);
-        if (is_spring(c, problem->step, mobility)) continue; /* under a load it is deep, and parts at no speed */
+        if (is_spring(c, own, problem->step, mobility)) continue; /* under a load it is deep, and parts at no speed */
         double lifts = upward_part(o->rise, c, upper);
         pair->speed = fmax(push * lifts, pair->speed);
         pair->way = fmax(c->depth * lifts, pair->way); /* of pushes at ODE's largest velocity, the deepest one's */
@@ -620,9 +621,9 @@ typedef struct slowing {
 } slowing;
 
 /* Returns the part of a push that is not too fast. What a spring bears is no speed. */
-static double pace_of(const slowing *s, const pinch_contact *c)
+static double pace_of(const slowing *s, const pinch_contact *c, const pinch_own_law *own)
 {
-    if (!s->rise->slows || is_spring(c, s->problem->step, inverse_masses(s->problem, c))) return 1;
+    if (!s->rise->slows || is_spring(c, own, s->problem->step, inverse_masses(s->problem, c))) return 1;
     bool upper = first_is_upper(s->problem, s->rise, c);
     return upward_part(s->rise, c, upper) > 0 ? s->rise->bodies.items[upper ? c->body1 : c->body2].pace : 1;
 }
@@ -636,7 +637,7 @@ static void slow_some(void *argument, int first, int end)
         pinch_contact *c = &s->problem->contacts[k];
         const pinch_own_law *own = next_law(&at);
         if (!is_hard(c, own)) continue;
-        double push = push_of(c, own, s->problem->step), part = push > 0 ? s->pace * pace_of(s, c) : s->pace;
+        double push = push_of(c, own, s->problem->step), part = push > 0 ? s->pace * pace_of(s, c, own) : s->pace;
         c->surface_velocity[0] += (1 - part) * push + (1 - s->bounce) * own->rebound;
     }
 }

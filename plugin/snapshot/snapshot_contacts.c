@@ -192,6 +192,7 @@ static void archive_pair(pinch_archive *a, pinch_contact_store *store, pinch_pai
     pinch_archive_flag(a, &pair->is_prescribed);
     PINCH_ARCHIVE(a, pair->approach_depth);
     PINCH_ARCHIVE(a, pair->recent_approach);
+    PINCH_ARCHIVE(a, pair->paced_step);
     PINCH_ARCHIVE(a, pair->posed.seen_step);
     PINCH_ARCHIVE(a, pair->posed.seen_depth);
     PINCH_ARCHIVE(a, pair->posed.seen_normal);

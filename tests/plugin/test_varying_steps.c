@@ -1,7 +1,7 @@
 /*
  * Steps of varying length, and contacts of varying stiffness and damping. What sticks by soft contacts keeps its place,
  * whether the program holds stiffness and damping, and gives ERP and CFM for each step, or holds ERP and CFM. A contact
- * that really becomes stiffer keeps its force.
+ * that really becomes stiffer keeps its force. Short steps throw nothing.
  */
 #include "support/cmocka_all.h"
 
@@ -217,6 +217,66 @@ static void test_a_very_short_step_throws_nothing(void **state)
     }
 }
 
+/* Returns the largest speed (m/s) of a box in some steps. */
+static double fastest_of(slope *s, double h, int steps)
+{
+    double fastest = 0;
+    for (int k = 0; k < steps; k++) {
+        const double *v = dBodyGetLinearVel(s->box);
+        step(s, h);
+        fastest = fmax(fastest, sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
+    }
+    return fastest;
+}
+
+/* The depth in which a box rests bears its load, and is no overlap: the box leaves short steps, be it one or some, at
+ * no more than the depth would have it come up with in a long one. */
+static void test_what_rests_leaves_short_steps_slowly(void **state)
+{
+    (void)state;
+    enum { SOME = 20 };
+    static const double frames[] = {1e-3, 2e-3, 5e-3, 1e-2}, shorts[] = {1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-12};
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 7; k++) {
+            slope s = make_slope();
+            s.hard = true;
+            for (int n = 0; n < SETTLE; n++) step(&s, frames[i]);
+            double x = dBodyGetPosition(s.box)[0], z = dBodyGetPosition(s.box)[2];
+            assert_true(fastest_of(&s, shorts[k], 1) < 1e-4);
+            assert_true(fastest_of(&s, frames[i], SETTLE) < 1e-4);
+            assert_true(fastest_of(&s, shorts[k], SOME) < 1e-4);
+            assert_true(fastest_of(&s, frames[i], SETTLE) < 1e-4);
+            assert_close(dBodyGetPosition(s.box)[0], x, 1e-8);
+            assert_close(dBodyGetPosition(s.box)[2], z, 1e-8);
+            assert_int_equal(pinch_ode_statistics(s.plugin).fallback_islands, 0);
+            destroy(&s);
+        }
+}
+
+/* What is really in the ground comes out of it, however steps vary, and after one in which a program hangs as well: by
+ * the speed that takes it out against gravity or that of a fiftieth of its size at most, and within a second. */
+static void test_overlaps_come_up_however_steps_vary(void **state)
+{
+    (void)state;
+    static const double depths[] = {1e-3, 5e-3, 0.015}, firsts[] = {1e-2, 2e-3, 0.5};
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            slope s = make_slope();
+            s.hard = true;
+            dWorldSetGravity(s.world, 0, 0, -9.81);
+            dBodySetPosition(s.box, 0, 0, 0.025);
+            step(&s, firsts[k]);
+            dBodySetPosition(s.box, 0, 0, 0.025 - depths[i]);
+            dBodySetLinearVel(s.box, 0, 0, 0);
+            double fastest = 0;
+            for (int n = 0; n < 1000; n++)
+                fastest = fmax(fastest, fastest_of(&s, n % 20 ? 1e-3 : n % 40 ? 1e-7 : 5e-3, 1));
+            assert_true(fastest < sqrt(2 * 9.81 * depths[i]) + 0.12);
+            assert_close(dBodyGetPosition(s.box)[2], 0.025, 1e-6);
+            destroy(&s);
+        }
+}
+
 int main(void)
 {
     dInitODE2(0);
@@ -229,6 +289,8 @@ int main(void)
         cmocka_unit_test(test_what_is_damped_more_stays),
         cmocka_unit_test(test_steps_change_while_it_sleeps),
         cmocka_unit_test(test_a_very_short_step_throws_nothing),
+        cmocka_unit_test(test_what_rests_leaves_short_steps_slowly),
+        cmocka_unit_test(test_overlaps_come_up_however_steps_vary),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     dCloseODE();
