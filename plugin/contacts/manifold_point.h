@@ -47,6 +47,12 @@ typedef struct pinch_own_law {
     double carried_at; /* the same of the last step that was solved */
     double closes_at;  /* 1/s, of this step: k / (h k + c), at which its spring comes back without a load */
     double closed_at;  /* the same of the last step that was solved; 0: none was */
+    double yields;     /* m/N, of this step: the inverse of the stiffness that its surface parameters prescribe */
+    double yielded;    /* the same of the last step that was solved; 0: none was */
+    double stiffens_from; /* (m/s)/N, of this step: the compliance along the tangents from which its shear goes on */
+    double locked[3];     /* m, world: the shear that has locked as it became stiffer: see island_contacts.c */
+    double locked_from;   /* m/N, what it yielded by before that at most; 0: nothing is locked */
+    double unlocks;       /* of this step: the part of that which comes loose, in [0, 1] */
     int hold, hold_span;
     int surface; /* index of its surface parameters */
 } pinch_own_law;

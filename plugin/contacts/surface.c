@@ -277,7 +277,9 @@ double pinch_surface_apply(const pinch_step_context *context, const pinch_surfac
     const pinch_world_values *world = &context->values;
     double h = context->h;
     double erp = pinch_surface_erp(context, s);
-    double cfm = (isnan(s->cfm) ? not_negative(world->cfm) : s->cfm) / conditions->stands_for;
+    double cfm = isnan(s->cfm) ? not_negative(world->cfm) : s->cfm;
+    conditions->yields = erp > 0 ? h * cfm / erp : INFINITY;
+    cfm /= conditions->stands_for;
     bool stiff = cfm < STIFF * conditions->paced_step * conditions->mobility; /* a short step makes no springs */
     if (stiff) erp *= h / conditions->paced_step;
     cfm = pinch_larger(cfm, least_compliance(conditions, h, erp) * h * conditions->mobility);

@@ -31,6 +31,7 @@ typedef struct pinch_surface_conditions {
                         * the overlap that this makes is parted at its own pace soon enough */
     double force;      /* of the contact along the normal in the last step, N */
     double gives_way;  /* how fast its compliance let it come in under that force, m/s */
+    double yields;     /* out: the inverse of the stiffness that the surface prescribes, m/N */
     double eased;      /* out: by how much more slowly than at its ERP the contact parts, m/s */
 } pinch_surface_conditions;
 

@@ -218,7 +218,9 @@ static void carry_point(const pinch_step_bodies *bodies, const pinch_pair *pair,
     pinch_v3_make_perpendicular(linear, point->normal);
     pinch_v3_add_scaled(point->elastic, 1, linear);
     point->twist += h * pinch_v3_dot(angular, point->normal);
-    turn_about(point->elastic, point->normal, pinch_v3_dot(motion->mean, point->normal));
+    double turned = pinch_v3_dot(motion->mean, point->normal);
+    turn_about(point->elastic, point->normal, turned);
+    if (point->own && point->own->locked_from > 0) turn_about(point->own->locked, point->normal, turned);
 }
 
 static void carry_pair(const pinch_contact_store *contacts, const pinch_step_bodies *bodies, pinch_pair *pair, double h)

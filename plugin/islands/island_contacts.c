@@ -253,6 +253,7 @@ static void set_compliance_before(double h, pinch_own_law *own, pinch_contact *c
     if (h_before > 0 && h < h_before) ratio = pinch_smaller(ratio, h / h_before);
     if (h > h_before && h * k + damping > 0) ratio = pinch_smaller(ratio, (h_before * k + damping) / (h * k + damping));
     for (int kind = 0; kind < 3; kind++) c->compliance[kind] = ratio * own->compliance[kind];
+    own->stiffens_from = c->compliance[1];
 }
 
 /* Gives a contact the law of its point's own surface parameters, at the velocities of the start of the step. */
@@ -281,6 +282,7 @@ static void apply_surface(const pinch_step_context *context, const pinch_contact
     own->pose_speed = conditions.pose_speed;
     own->paced_step = conditions.paced_step;
     own->eased = conditions.eased;
+    own->yields = conditions.yields;
     set_compliance_before(context->h, own, c);
     c->floor = own->floor;
     c->hold = own->hold;
@@ -304,6 +306,30 @@ static void fill_history(const pinch_manifold_point *point, const double *t2, pi
     c->rolling_elastic[1] = pinch_v3_dot(t2, rolling->rolled);
     c->rolling_moment[0] = pinch_v3_dot(c->tangent1, rolling->moment);
     c->rolling_moment[1] = pinch_v3_dot(t2, rolling->moment);
+}
+
+/*
+ * Gives a contact back what has locked of its shear, where it becomes softer again.
+ *
+ * A contact that becomes stiffer keeps its force, and loses the shear that this needs no longer. As it becomes softer
+ * its force drops to what is left of the shear: one that is soft and hard in turns would let what it holds sag a
+ * little further each time. So what it loses is kept, as of a spring that stands behind the stiffer contact and locks.
+ * As it comes loose it puts no energy in: with the shear e and the stiffness k before, the part p of the shear that
+ * stays, under the stiffness k/p, and b times as much force at the end,
+ *
+ *     k/2 ((1-p) e + b p e)^2 <= (1-p) k/2 e^2 + p k/2 (b e)^2,
+ *
+ * the energy that was locked, and that of the stiffer contact. Of several springs that have locked those come loose
+ * that are not stiffer than the contact is then.
+ */
+static void unlock_shear(const double *t2, pinch_own_law *own, pinch_contact *c)
+{
+    own->unlocks = 0;
+    if (!(own->locked_from > 0 && own->yields > own->yielded)) return;
+    own->unlocks =
+        own->yields < own->locked_from ? (own->yields - own->yielded) / (own->locked_from - own->yielded) : 1;
+    c->elastic[0] += own->unlocks * pinch_v3_dot(c->tangent1, own->locked);
+    c->elastic[1] += own->unlocks * pinch_v3_dot(t2, own->locked);
 }
 
 static void add_surface_velocity(const double *linear, const double *angular, const double *t2, pinch_contact *c)
@@ -347,6 +373,7 @@ static void fill_contact(const pinch_step_context *context, const pinch_contact_
     double t2[3], linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
     pinch_v3_cross(c->normal, c->tangent1, t2);
     fill_history(point, t2, c);
+    if (!law->material) unlock_shear(t2, point->own, c);
     bool prescribed = false;
     for (int side = 0; side < 2; side++) {
         prescribed |= add_prescribed(bodies, pair->body[side], body[side], c->position, side ? -1 : 1, linear, angular);

@@ -110,6 +110,9 @@ static void archive_own_law(pinch_archive *a, const pinch_contact_store *store, 
     PINCH_ARCHIVE(a, own->part);
     PINCH_ARCHIVE(a, own->carried_at);
     PINCH_ARCHIVE(a, own->closed_at);
+    PINCH_ARCHIVE(a, own->yielded);
+    PINCH_ARCHIVE(a, own->locked);
+    PINCH_ARCHIVE(a, own->locked_from);
     PINCH_ARCHIVE(a, own->hold);
     PINCH_ARCHIVE(a, own->hold_span);
     pinch_archive_place(a, &own->surface, store->surfaces.count, false);

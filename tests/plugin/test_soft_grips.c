@@ -237,11 +237,80 @@ static void test_corners_that_are_left_out(void **state)
     }
 }
 
+/* Lets the contacts be hard, or soft again. */
+static void set_hard(grip *g, bool hard)
+{
+    g->surface.mode = hard ? dContactApprox1 : dContactApprox1 | dContactSoftERP | dContactSoftCFM;
+}
+
+static void make_heavy_grip(grip *g, double step, double stiffness)
+{
+    const double edge = 0.1, thickness = 0.02, force = 40;
+    dGeomID tips[TIPS] = {dCreateBox(NULL, thickness, edge, edge), dCreateBox(NULL, thickness, edge, edge)};
+    make(g, step, edge, 1, tips, thickness, force);
+    make_soft(g, stiffness);
+    g->surface.mu = 0.8;
+}
+
+/* Contacts that are soft and hard in turns hold what they hold as either: the shear that each of them loses as it
+ * becomes harder comes back, and nothing sags a little further each time. */
+static void test_contacts_that_are_soft_and_hard_in_turns(void **state)
+{
+    (void)state;
+    enum { SETTLE = 120 };
+    static const double steps[] = {1e-3, 2e-3, 4e-3, 1e-2}, stiffnesses[] = {2e4, 1e5};
+    for (int i = 0; i < 4; i++)
+        for (int j = 0; j < 2; j++)
+            for (int each = 1; each < 4; each++) {
+                grip g;
+                make_heavy_grip(&g, steps[i], stiffnesses[j]);
+                g.load[2] = -9.81;
+                run(&g, 0.5);
+                double before = 0;
+                for (int k = -SETTLE; k < 500; k++) {
+                    if (k == 0) before = dBodyGetPosition(g.block)[2];
+                    set_hard(&g, (k + SETTLE) / each % 2);
+                    run(&g, g.step);
+                }
+                assert_close(dBodyGetPosition(g.block)[2], before, 5e-5);
+                end(&g);
+            }
+}
+
+/* A load that goes while contacts are hard leaves nothing behind: as they become soft again the block springs back to
+ * where it was without it, and no further on the way than a spring would throw it. */
+static void test_a_load_that_goes_while_contacts_are_hard(void **state)
+{
+    (void)state;
+    const double stiffness = 2e4, ratio = 2.0 / 3, load = 9.81;
+    grip g;
+    make_heavy_grip(&g, 4e-3, stiffness);
+    run(&g, 0.5);
+    double before = dBodyGetPosition(g.block)[2], sheared = load / (8 * ratio * stiffness);
+    g.load[2] = -load;
+    run(&g, 0.5);
+    assert_close(before - dBodyGetPosition(g.block)[2], sheared, 0.01 * sheared);
+    set_hard(&g, true);
+    run(&g, 0.5);
+    g.load[2] = 0;
+    run(&g, 0.5);
+    assert_close(before - dBodyGetPosition(g.block)[2], sheared, 0.01 * sheared);
+    set_hard(&g, false);
+    for (int k = 0; k < 100; k++) {
+        run(&g, g.step);
+        assert_true(dBodyGetPosition(g.block)[2] - before < sheared);
+    }
+    assert_close(dBodyGetPosition(g.block)[2], before, 0.01 * sheared);
+    end(&g);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_faces_that_lie_on_each_other),
                                        cmocka_unit_test(test_tips_that_are_meshes),
-                                       cmocka_unit_test(test_corners_that_are_left_out)};
+                                       cmocka_unit_test(test_corners_that_are_left_out),
+                                       cmocka_unit_test(test_contacts_that_are_soft_and_hard_in_turns),
+                                       cmocka_unit_test(test_a_load_that_goes_while_contacts_are_hard)};
     dInitODE2(0);
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     dCloseODE();
