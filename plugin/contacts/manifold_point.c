@@ -124,7 +124,7 @@ static inline void turn_with_normal(pinch_manifold_point *p, const double *old_n
     const pinch_v3_turn turn = pinch_v3_turn_between(old_normal, normal);
     pinch_v3_rotate(&turn, p->elastic);
     pinch_v3_rotate(&turn, p->friction);
-    if (p->own && p->own->locked_from > 0) pinch_v3_rotate(&turn, p->own->locked);
+    if (p->locks) pinch_v3_rotate(&turn, p->own->locked);
     pinch_rolling *rolling = pinch_rolling_of(p);
     if (!rolling) return;
     pinch_v3_rotate(&turn, rolling->rolled);

@@ -50,11 +50,12 @@ typedef struct pinch_own_law {
     double yields;     /* m/N, of this step: the inverse of the stiffness that its surface parameters prescribe */
     double yielded;    /* the same of the last step that was solved; 0: none was */
     double stiffens_from; /* (m/s)/N, of this step: the compliance along the tangents from which its shear goes on */
-    double locked[3];     /* m, world: the shear that has locked as it became stiffer: see island_contacts.c */
-    double locked_from;   /* m/N, what it yielded by before that at most; 0: nothing is locked */
-    double unlocks;       /* of this step: the part of that which comes loose, in [0, 1] */
     int hold, hold_span;
     int surface; /* index of its surface parameters */
+    /* where the point locks; otherwise 0 */
+    double locked[3];   /* m, world: the shear that has locked as it became stiffer: see island_contacts.c */
+    double locked_from; /* m/N, > 0: what it yielded by before that at most */
+    double unlocks;     /* of this step: the part of that which comes loose, in [0, 1] */
 } pinch_own_law;
 
 /* What follows the own law in memory where the surface has rolling friction. */
@@ -72,6 +73,7 @@ typedef struct pinch_manifold_point {
     double normal_force, torsion;
     bool slipping;      /* it slipped in the last step: kinetic friction counts */
     bool rolls;         /* a pinch_rolling follows `own` in memory */
+    bool locks;         /* some of its shear has locked: see pinch_own_law */
     pinch_own_law *own; /* NULL: the pair has a material, or the point is new */
 } pinch_manifold_point;
 

@@ -220,7 +220,7 @@ static void carry_point(const pinch_step_bodies *bodies, const pinch_pair *pair,
     point->twist += h * pinch_v3_dot(angular, point->normal);
     double turned = pinch_v3_dot(motion->mean, point->normal);
     turn_about(point->elastic, point->normal, turned);
-    if (point->own && point->own->locked_from > 0) turn_about(point->own->locked, point->normal, turned);
+    if (point->locks) turn_about(point->own->locked, point->normal, turned);
 }
 
 static void carry_pair(const pinch_contact_store *contacts, const pinch_step_bodies *bodies, pinch_pair *pair, double h)

@@ -325,7 +325,7 @@ static void fill_history(const pinch_manifold_point *point, const double *t2, pi
 static void unlock_shear(const double *t2, pinch_own_law *own, pinch_contact *c)
 {
     own->unlocks = 0;
-    if (!(own->locked_from > 0 && own->yields > own->yielded)) return;
+    if (!(own->yields > own->yielded)) return;
     own->unlocks =
         own->yields < own->locked_from ? (own->yields - own->yielded) / (own->locked_from - own->yielded) : 1;
     c->elastic[0] += own->unlocks * pinch_v3_dot(c->tangent1, own->locked);
@@ -373,7 +373,7 @@ static void fill_contact(const pinch_step_context *context, const pinch_contact_
     double t2[3], linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
     pinch_v3_cross(c->normal, c->tangent1, t2);
     fill_history(point, t2, c);
-    if (!law->material) unlock_shear(t2, point->own, c);
+    if (point->locks) unlock_shear(t2, point->own, c);
     bool prescribed = false;
     for (int side = 0; side < 2; side++) {
         prescribed |= add_prescribed(bodies, pair->body[side], body[side], c->position, side ? -1 : 1, linear, angular);

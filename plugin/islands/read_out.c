@@ -110,27 +110,29 @@ static void name_result(const pinch_pair *pair, pinch_ode_contact *out)
 
 /* Keeps the shear that locks as a contact becomes stiffer by its parameters, unless it has let go. What slips, or moves
  * without a force, forgets as much of it. */
-static void lock_shear(double step, const pinch_contact *c, const double *shear, pinch_own_law *own)
+static void lock_shear(double step, const pinch_contact *c, pinch_manifold_point *point)
 {
+    pinch_own_law *own = point->own;
     double now = c->compliance[1], before = own->stiffens_from;
-    for (int i = 0; i < 3 && own->unlocks > 0; i++) own->locked[i] *= 1 - own->unlocks;
+    if (point->locks) pinch_v3_scale(own->locked, 1 - own->unlocks);
     if (own->yields < own->yielded && now < before && (c->elastic[0] != 0 || c->elastic[1] != 0)) {
-        pinch_v3_add_scaled(own->locked, 1 - now / before, shear);
+        pinch_v3_add_scaled(own->locked, 1 - now / before, point->elastic);
         own->locked_from = pinch_larger(own->yielded, own->locked_from);
+        point->locks = true;
     }
-    if (!(own->locked_from > 0)) return;
+    if (!point->locks) return;
     const double *w = c->relative_velocity + 1;
     double way = c->force[0] > 0 ? hypot(c->slip[0], c->slip[1]) : step * hypot(w[0], w[1]);
     double length = pinch_v3_norm(own->locked);
-    if (length > way)
+    point->locks = length > way;
+    if (point->locks)
         pinch_v3_scale(own->locked, 1 - way / length);
     else
-        own->locked[0] = own->locked[1] = own->locked[2] = own->locked_from = 0;
+        own->locked[0] = own->locked[1] = own->locked[2] = own->locked_from = own->unlocks = 0;
 }
 
 /* Keeps what only a point with surface parameters of its own has. */
-static void keep_own_law(double step, const pinch_contact *c, const double *rolling_moment,
-                         const pinch_manifold_point *point)
+static void keep_own_law(double step, const pinch_contact *c, const double *rolling_moment, pinch_manifold_point *point)
 {
     pinch_own_law *own = point->own;
     pinch_rolling *rolling = pinch_rolling_of(point);
@@ -138,7 +140,7 @@ static void keep_own_law(double step, const pinch_contact *c, const double *roll
     pinch_v3_cross(c->normal, c->tangent1, t2);
     if (rolling) in_plane(c->tangent1, t2, c->rolling_elastic_end, rolling->rolled);
     if (rolling) pinch_v3_copy(rolling->moment, rolling_moment);
-    lock_shear(step, c, point->elastic, own);
+    lock_shear(step, c, point);
     own->yielded = own->yields;
     pinch_v3_copy(own->compliance, c->compliance);
     own->step = step;

@@ -116,6 +116,7 @@ static void archive_own_law(pinch_archive *a, const pinch_contact_store *store, 
     PINCH_ARCHIVE(a, own->hold);
     PINCH_ARCHIVE(a, own->hold_span);
     pinch_archive_place(a, &own->surface, store->surfaces.count, false);
+    point->locks = own->locked_from > 0;
     if (!point->rolls) return;
     PINCH_ARCHIVE(a, pinch_rolling_of(point)->rolled);
     PINCH_ARCHIVE(a, pinch_rolling_of(point)->moment);
