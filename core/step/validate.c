@@ -134,14 +134,18 @@ typedef struct validation {
     atomic_bool wrong;
 } validation;
 
+static void validate_bodies(void *argument, int first, int end)
+{
+    validation *v = argument;
+    for (int b = first; b < end; b++)
+        if (!body_valid(&v->problem->bodies[b])) atomic_store(&v->wrong, true);
+}
+
 static void validate_contacts(void *argument, int first, int end)
 {
     validation *v = argument;
     for (int k = first; k < end; k++)
-        if (!contact_valid(v->problem, &v->problem->contacts[k])) {
-            atomic_store(&v->wrong, true);
-            return;
-        }
+        if (!contact_valid(v->problem, &v->problem->contacts[k])) atomic_store(&v->wrong, true);
 }
 
 bool pinch_problem_valid(const pinch_problem *problem)
@@ -149,10 +153,9 @@ bool pinch_problem_valid(const pinch_problem *problem)
     if (!(problem->step > 0) || !isfinite(problem->step)) return false;
     if (problem->body_count < 1 || problem->contact_count < 0 || problem->row_count < 0) return false;
     if (problem->faces != 0 && (problem->faces < 2 || problem->faces > 4096)) return false;
-    for (int b = 0; b < problem->body_count; b++)
-        if (!body_valid(&problem->bodies[b])) return false;
     validation v = {.problem = problem};
-    pinch_loop(problem->crew, problem->contact_count, validate_contacts, &v);
+    pinch_each(problem->crew, problem->body_count, validate_bodies, &v);
+    pinch_each(problem->crew, problem->contact_count, validate_contacts, &v);
     if (atomic_load(&v.wrong)) return false;
     for (int k = 0; k < problem->row_count; k++)
         if (!row_valid(problem, &problem->rows[k])) return false;

@@ -282,5 +282,5 @@ void pinch_carry_history(const pinch_step_context *context, pinch_contact_store 
         measure_mismatch(b, island->mismatch);
     }
     carry_task task = {contacts, bodies, island, context->h};
-    if (island->phase != PINCH_ISLAND_ASLEEP) pinch_loop(crew, island->pairs.count, carry_pairs, &task);
+    if (island->phase != PINCH_ISLAND_ASLEEP) pinch_each(crew, island->pairs.count, carry_pairs, &task);
 }

@@ -453,6 +453,6 @@ void pinch_fill_contacts(const pinch_step_context *context, const pinch_contact_
                          const pinch_step_bodies *bodies, const pinch_island *island, pinch_problem *problem)
 {
     fill_task task = {context, contacts, bodies, island, problem->contacts, false};
-    pinch_loop(problem->crew, island->pairs.count, fill_pairs, &task);
+    pinch_each(problem->crew, island->pairs.count, fill_pairs, &task);
     if (task.overlaps_deeply) limit_friction_inside(&task);
 }
