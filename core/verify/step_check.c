@@ -555,23 +555,31 @@ static int part_of(int count, int k)
     return (int)((long long)count * k / PARTS);
 }
 
+static double largest_of_bodies(const pinch_problem *problem, const balance *balances, int first, int end)
+{
+    double largest = 0;
+    for (int b = first; b < end; b++)
+        note_largest(&largest, momentum_residual(problem, &problem->bodies[b], &balances[b]));
+    return largest;
+}
+
 static void check_momentum_part(void *argument, int first, int end)
 {
     momentum_check *s = argument;
-    const pinch_problem *problem = s->problem;
+    int count = s->problem->body_count;
     for (int k = first; k < end; k++)
-        for (int b = part_of(problem->body_count, k); b < part_of(problem->body_count, k + 1); b++)
-            note_largest(&s->found[k], momentum_residual(problem, &problem->bodies[b], &s->balances[b]));
+        s->found[k] = largest_of_bodies(s->problem, s->balances, part_of(count, k), part_of(count, k + 1));
 }
 
 static double largest_momentum_residual(const pinch_problem *problem, const balance *balances)
 {
-    momentum_check s = {problem, balances, {0}};
+    momentum_check s;
     double largest = 0;
-    if (problem->crew && problem->body_count > FEW)
-        problem->crew->parallel_for(problem->crew->context, PARTS, 1, check_momentum_part, &s);
-    else
-        check_momentum_part(&s, 0, PARTS);
+    if (!problem->crew || problem->body_count <= FEW)
+        return largest_of_bodies(problem, balances, 0, problem->body_count);
+    s.problem = problem;
+    s.balances = balances;
+    problem->crew->parallel_for(problem->crew->context, PARTS, 1, check_momentum_part, &s);
     for (int k = 0; k < PARTS; k++) note_largest(&largest, s.found[k]);
     return largest;
 }
