@@ -54,6 +54,10 @@
     PINCH_DROPIN_JOINT_CALLS(VALUE)                                                                                    \
     VALUE(dJointID, joint_create_contact, dJointCreateContact,                                                         \
           (dWorldID world, dJointGroupID group, const dContact *contact), (world, group, contact))                     \
+    VALUE(int, collide, dCollide, (dGeomID g1, dGeomID g2, int flags, dContactGeom *contacts, int skip),               \
+          (g1, g2, flags, contacts, skip))                                                                             \
+    VOID(set_collider_override, dSetColliderOverride, (int class1, int class2, dColliderFn *collider),                 \
+         (class1, class2, collider))                                                                                   \
     VOID(joint_attach, dJointAttach, (dJointID joint, dBodyID body1, dBodyID body2), (joint, body1, body2))            \
     VALUE(dJointID, joint_create_plane2d, dJointCreatePlane2D, (dWorldID world, dJointGroupID group), (world, group))  \
     VALUE(dJointID, joint_create_lmotor, dJointCreateLMotor, (dWorldID world, dJointGroupID group), (world, group))    \

@@ -21,7 +21,7 @@
     X(dBodyGetRotation) X(dBodyGetTorque) X(dBodyGetWorld) X(dBodyIsEnabled) X(dBodyIsKinematic) X(dBodySetAngularVel) \
     X(dBodySetAutoDisableAngularThreshold) X(dBodySetAutoDisableLinearThreshold) X(dBodySetForce) X(dBodySetLinearVel) \
     X(dBodySetPosition) X(dBodySetQuaternion) X(dBodySetTorque) X(dBodyVectorFromWorld) X(dBodyVectorToWorld)          \
-    X(dCollide) X(dDQfromW) X(dGeomBoxGetLengths) X(dGeomCapsuleGetParams) X(dGeomCylinderGetParams) X(dGeomGetAABB)   \
+    X(dDQfromW) X(dGeomBoxGetLengths) X(dGeomCapsuleGetParams) X(dGeomCylinderGetParams) X(dGeomGetAABB)   \
     X(dGeomGetBody) X(dGeomGetCategoryBits) X(dGeomGetClass) X(dGeomGetClassData) X(dGeomGetCollideBits)               \
     X(dGeomGetPosition) X(dGeomGetRotation) X(dGeomGetSpace) X(dGeomIsEnabled) X(dGeomIsOffset) X(dGeomIsSpace)        \
     X(dGeomPlaneGetParams) X(dGeomRayGet) X(dGeomRayGetLength) X(dGeomSetBody) X(dGeomSetPosition)                     \

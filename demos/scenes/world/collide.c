@@ -20,7 +20,7 @@ static bool can_be_stopped(const world *w, int geom)
     return finger >= 0 && (w->fingers[finger].slider || w->fingers[finger].finger->has_normal_force);
 }
 
-/* Spheres, boxes and capsules are left to ODE's own colliders. */
+/* Spheres, boxes and capsules are left to ODE's own colliders, but for boxes that rounding has it lose. */
 static bool exact_in_ode(int class)
 {
     return class == dSphereClass || class == dBoxClass || class == dCapsuleClass;
@@ -29,7 +29,8 @@ static bool exact_in_ode(int class)
 static int find_contacts(dGeomID a, dGeomID b, dContactGeom *contacts)
 {
     if (exact_in_ode(dGeomGetClass(a)) && exact_in_ode(dGeomGetClass(b)))
-        return dCollide(a, b, MAX_POINTS, contacts, sizeof contacts[0]);
+        return pinch_tip_mend_boxes(a, b, MAX_POINTS, contacts, sizeof contacts[0],
+                                    dCollide(a, b, MAX_POINTS, contacts, sizeof contacts[0]));
     return pinch_tip_collide(a, b, MAX_POINTS, contacts, sizeof contacts[0]);
 }
 

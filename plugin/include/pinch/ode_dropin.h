@@ -28,11 +28,16 @@ extern "C" {
  *
  * In C++, to reach the classes of ODE's C++ interface as well, include this header before <ode/ode.h>.
  *
+ * dCollide returns what ODE's does, but for boxes that rounding has it lose (pinch_tip_mend_boxes in
+ * <pinch/fingertip.h>), unless the program has a collider of its own for boxes.
+ *
  * Different worlds may be stepped from different threads, as in ODE. Settings, statistics and the list of worlds
  * concern the whole process; they are guarded, so that any thread may call any function here for a world that no other
  * uses.
  */
 PINCH_API dJointID pinch_dropin_joint_create_contact(dWorldID world, dJointGroupID group, const dContact *contact);
+PINCH_API int pinch_dropin_collide(dGeomID g1, dGeomID g2, int flags, dContactGeom *contacts, int skip);
+PINCH_API void pinch_dropin_set_collider_override(int class1, int class2, dColliderFn *collider);
 PINCH_API void pinch_dropin_joint_attach(dJointID joint, dBodyID body1, dBodyID body2);
 PINCH_API dJointID pinch_dropin_joint_create_ball(dWorldID world, dJointGroupID group);
 PINCH_API dJointID pinch_dropin_joint_create_hinge(dWorldID world, dJointGroupID group);
@@ -112,6 +117,8 @@ PINCH_API dGeomID pinch_dropin_create_geom(int class_number);
 
 #ifndef PINCH_DROPIN_NO_MACROS
 #define dJointCreateContact          pinch_dropin_joint_create_contact
+#define dCollide                     pinch_dropin_collide
+#define dSetColliderOverride         pinch_dropin_set_collider_override
 #define dJointAttach                 pinch_dropin_joint_attach
 #define dJointCreateBall             pinch_dropin_joint_create_ball
 #define dJointCreateHinge            pinch_dropin_joint_create_hinge
