@@ -1,5 +1,7 @@
 #include "contacts/contact_store.h"
 
+#include "collision/ode/collide.h"
+
 #include <math.h>
 #include <pthread.h>
 #include <setjmp.h>
@@ -79,13 +81,18 @@ static double size_of_body(dBodyID body)
     return sqrt(6 * (mass.I[0] + mass.I[5] + mass.I[10]) / mass.mass);
 }
 
+/* Returns the diagonal of the box around a geom in its own axes. That of its box in the world would depend on how it
+ * lies, and with it which contacts are one and the same: a scene that is turned would do something else. */
 static double size_of_geom(dGeomID geom)
 {
     if (dGeomGetClass(geom) == dPlaneClass) return INFINITY;
-    dReal box[6];
-    double diagonal = 0;
-    dGeomGetAABB(geom, box);
-    for (int i = 0; i < 3; i++) diagonal = hypot(diagonal, box[2 * i + 1] - box[2 * i]);
+    double sides[3], diagonal = 0;
+    if (!pinch_own_sides(geom, sides)) {
+        dReal box[6];
+        dGeomGetAABB(geom, box);
+        for (int i = 0; i < 3; i++) sides[i] = box[2 * i + 1] - box[2 * i];
+    }
+    for (int i = 0; i < 3; i++) diagonal = hypot(diagonal, sides[i]);
     return diagonal;
 }
 

@@ -30,7 +30,7 @@ typedef struct pinch_geom_record {
     long number;  /* > 0, in the order in which they came; 0: forgotten, until it comes again */
     dGeomID geom; /* NULL: not known */
     dBodyID body; /* where the geom is not known; NULL: the world */
-    double size;  /* diagonal of its bounding box when first seen, m; infinite for a plane; < 0: not measured yet */
+    double size;  /* diagonal of the box around it in its own axes, m; infinite for a plane; < 0: not measured yet */
     int material; /* index, -1 for none */
     bool forgot;  /* the pairs that it is in are forgotten */
 } pinch_geom_record;

@@ -111,3 +111,46 @@ bool pinch_body_of_geom(dGeomID geom, pinch_posed_body *body)
     set_pose(dGeomGetPosition(geom), dGeomGetRotation(geom), body);
     return true;
 }
+
+/* Of a mesh ODE tells the triangles where they are in the world. */
+static bool sides_of_trimesh(dGeomID mesh, double sides[3])
+{
+    const double *position = dGeomGetPosition(mesh), *R = dGeomGetRotation(mesh);
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    int count = dGeomTriMeshGetTriangleCount(mesh);
+    for (int t = 0; t < count; t++) {
+        dVector3 corner[3];
+        dGeomTriMeshGetTriangle(mesh, t, &corner[0], &corner[1], &corner[2]);
+        for (int k = 0; k < 9; k++) {
+            double from[3];
+            int i = k % 3;
+            pinch_v3_sub(corner[k / 3], position, from);
+            double along = R[i] * from[0] + R[4 + i] * from[1] + R[8 + i] * from[2];
+            low[i] = fmin(low[i], along);
+            high[i] = fmax(high[i], along);
+        }
+    }
+    for (int i = 0; i < 3; i++) sides[i] = high[i] - low[i];
+    return count > 0;
+}
+
+bool pinch_own_sides(dGeomID geom, double sides[3])
+{
+    int class = dGeomGetClass(geom);
+    pinch_posed_body body;
+    if (class == dTriMeshClass) return sides_of_trimesh(geom, sides);
+    if (class == dConvexClass && !pinch_known_convex(geom)) return false; /* nobody has asked for its contacts */
+    if (!pinch_body_of_geom(geom, &body)) return false;
+    for (int i = 0; i < 3; i++) {
+        double out[3] = {0, 0, 0}, back[3] = {0, 0, 0}, low = INFINITY, high = -INFINITY;
+        out[i] = 1;
+        back[i] = -1;
+        for (int k = 0; k < body.shape_count; k++) {
+            const pinch_shape *shape = &body.shapes[k];
+            high = fmax(high, pinch_support_value(shape, out) + shape->margin);
+            low = fmin(low, -pinch_support_value(shape, back) - shape->margin);
+        }
+        sides[i] = high - low;
+    }
+    return true;
+}

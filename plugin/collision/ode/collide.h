@@ -10,6 +10,10 @@
  * must not be copied. */
 bool pinch_body_of_geom(dGeomID geom, pinch_posed_body *body);
 
+/* Finds the sides (m) of the box around a geom in the geom's own axes, whatever its pose. Returns false where only
+ * dGeomGetAABB knows anything: planes and height fields, convexes that are not known, a program's own classes. */
+bool pinch_own_sides(dGeomID geom, double sides[3]);
+
 /* Writes the contacts of two bodies as ODE's, at most `room` of them, `skip` bytes apart. Returns their number. */
 int pinch_collide_bodies(const pinch_posed_body *a, const pinch_posed_body *b, int room, dContactGeom *contacts,
                          int skip);
