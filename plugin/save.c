@@ -19,7 +19,7 @@ typedef struct snapshot_head {
 
 static snapshot_head head_of(size_t size)
 {
-    snapshot_head head = {.format = "pinch-ode/15", .order = 0x01020304, .size = size};
+    snapshot_head head = {.format = "pinch-ode/16", .order = 0x01020304, .size = size};
     head.types = sizeof(long) << 24 | sizeof(dReal) << 16 | sizeof(pinch_contact_model) << 8 | sizeof(dJointType);
     return head;
 }

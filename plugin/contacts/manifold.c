@@ -9,23 +9,25 @@
 #include <string.h>
 
 /*
- * The shear state of a set of points that share one stiffness equally, about its centre: mean displacement, mean moment
- * of the displacements about the mean normal, mean twist, mean squared radius.
+ * The shear state of a set of points that share one stiffness by their weights, about its centre: mean displacement,
+ * mean moment of the displacements about the mean normal, mean twist, mean squared radius.
  */
 typedef struct shear_state {
     double centre[3], normal[3], mean[3];
     double moment, twist, radius2;
 } shear_state;
 
-static shear_state shear_of(const pinch_manifold_point *points, int count)
+static shear_state shear_of(const pinch_manifold_point *points, const double *weight, int count)
 {
     shear_state s;
+    double all = 0;
     memset(&s, 0, sizeof s);
+    for (int k = 0; k < count; k++) all += weight[k];
     for (int k = 0; k < count; k++) {
-        pinch_v3_add_scaled(s.centre, 1.0 / count, points[k].position);
-        pinch_v3_add_scaled(s.normal, 1, points[k].normal);
-        pinch_v3_add_scaled(s.mean, 1.0 / count, points[k].elastic);
-        s.twist += points[k].twist / count;
+        pinch_v3_add_scaled(s.centre, weight[k] / all, points[k].position);
+        pinch_v3_add_scaled(s.normal, weight[k], points[k].normal);
+        pinch_v3_add_scaled(s.mean, weight[k] / all, points[k].elastic);
+        s.twist += weight[k] * points[k].twist / all;
     }
     double length = pinch_v3_norm(s.normal);
     if (length > 0) pinch_v3_scale(s.normal, 1 / length);
@@ -34,8 +36,8 @@ static shear_state shear_of(const pinch_manifold_point *points, int count)
         pinch_v3_sub(points[k].position, s.centre, arm);
         pinch_v3_make_perpendicular(arm, s.normal);
         pinch_v3_cross(arm, points[k].elastic, turned);
-        s.moment += pinch_v3_dot(turned, s.normal) / count;
-        s.radius2 += pinch_v3_dot(arm, arm) / count;
+        s.moment += weight[k] * pinch_v3_dot(turned, s.normal) / all;
+        s.radius2 += weight[k] * pinch_v3_dot(arm, arm) / all;
     }
     return s;
 }
@@ -69,7 +71,9 @@ static void carry_shear_over(pinch_manifold *m, int added, const shear_state *ol
         add_rigid_shear(&m->point[k], old, old->mean, old_angle);
         m->point[k].twist = old->twist;
     }
-    shear_state now = shear_of(m->point, m->count);
+    double weight[PINCH_MANIFOLD_POINTS];
+    for (int k = 0; k < m->count; k++) weight[k] = m->point[k].weight;
+    shear_state now = shear_of(m->point, weight, m->count);
     double shift[3], arm[3], offset[3];
     pinch_v3_sub(old->mean, now.mean, shift);
     pinch_v3_sub(now.centre, old->centre, arm);
@@ -306,18 +310,26 @@ static void continue_points(pinch_manifold *m, const pinch_pose pose[2], pinch_d
 {
     for (int i = 0; i < count; i++) {
         detected[i]->point = known_of[i];
-        if (known_of[i] >= 0) pinch_point_continue(&m->point[known_of[i]], pose, rules, detected[i]);
+        if (known_of[i] < 0) continue;
+        pinch_point_continue(&m->point[known_of[i]], pose, rules, detected[i]);
+        m->point[known_of[i]].weight = 1;
     }
+}
+
+/* Returns how deep (m) the deepest of the detected points is; 0: none is pressed in. */
+static double deepest_of(pinch_detected_point *const *detected, int count)
+{
+    double deepest = 0;
+    for (int i = 0; i < count; i++) deepest = pinch_larger(detected[i]->depth, deepest);
+    return deepest;
 }
 
 /* Decides which of the points that were not detected stay, and returns how many points stay in all. */
 static int keep_undetected(pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *const *detected,
                            int count, const pinch_manifold_rules *rules, const bool *seen, bool *stays)
 {
-    double slack = 0;
+    double slack = deepest_of(detected, count);
     int staying = 0;
-    for (int i = 0; i < count; i++)
-        if (detected[i]->depth > slack) slack = detected[i]->depth;
     for (int k = 0; k < m->count; k++) {
         pinch_manifold_point *p = &m->point[k];
         stays[k] = seen[k] || (pinch_point_refresh(p, pose, rules, slack) &&
@@ -328,6 +340,42 @@ static int keep_undetected(pinch_manifold *m, const pinch_pose pose[2], pinch_de
     return staying;
 }
 
+/*
+ * Points that share one stiffness do so by their weights. Where a corner lifts, its share goes over to the others, and
+ * where one comes down it takes its share, little by little: the force of a pad that tilts has no jumps. So a point
+ * that comes beside deeper ones counts as much as it is pressed in beside them, and fully from a quarter of that on. It
+ * goes on to count fully when it lifts, for a patch does not lose it at once, and then less and less up to where it is
+ * dropped. Points that come together, as those of a face that is laid down flat, count fully and alike.
+ */
+static void weigh(pinch_manifold_point *p, double deepest)
+{
+    static const double FULLY = 0.25, LEAST = 1e-4; /* of the deepest one's depth; no contact is without stiffness */
+    p->grown = pinch_larger(p->grown, deepest > 0 ? pinch_within(p->depth / (FULLY * deepest), 0, 1) : 1);
+    p->weight = pinch_larger(pinch_smaller(p->weight, p->grown), LEAST);
+}
+
+/*
+ * Weighs all points, of which the first `known` had the weights `before`, out of `all` together. Where shares change,
+ * each spring gives way or comes back by so much that it bears what it bore. Where only the number of points that count
+ * fully changes, that is left to carry_shear_over.
+ */
+static void weigh_all(pinch_manifold *m, double deepest, const double *before, int known, double all)
+{
+    bool differ = false, changed = m->count != known;
+    for (int k = 0; k < m->count; k++) {
+        weigh(&m->point[k], deepest);
+        differ = differ || m->point[k].weight != 1 || (k < known && before[k] != 1);
+        changed = changed || m->point[k].weight != before[k];
+    }
+    double now = pinch_manifold_weight(m);
+    for (int k = 0; k < known && differ && (changed || now != all); k++) {
+        pinch_manifold_point *p = &m->point[k];
+        double softer = before[k] / all * now / p->weight;
+        pinch_v3_scale(p->elastic, softer);
+        p->twist *= softer;
+    }
+}
+
 bool pinch_manifold_continue(pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *points, int count,
                              const pinch_manifold_rules *rules)
 {
@@ -336,7 +384,32 @@ bool pinch_manifold_continue(pinch_manifold *m, const pinch_pose pose[2], pinch_
     if (pinch_point_distance2(m->point, points) > rules->merge_distance * rules->merge_distance) return false;
     points->point = 0;
     pinch_point_continue(m->point, pose, rules, points);
+    m->point->weight = m->point->grown = 1;
     return true;
+}
+
+/* Leaves out the known points that do not stay, and their weights, and adds the detected ones that continue none. */
+static void replace_points(pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *const *detected,
+                           int count, const int *known_of, const bool *stays, double *weights)
+{
+    int place[PINCH_MANIFOLD_POINTS], known_count = m->count;
+    m->count = 0;
+    for (int k = 0; k < known_count; k++) {
+        place[k] = stays[k] ? m->count : -1;
+        if (!stays[k]) continue;
+        weights[m->count] = weights[k];
+        m->point[m->count++] = m->point[k];
+    }
+    for (int i = 0; i < count; i++) {
+        if (known_of[i] >= 0) {
+            detected[i]->point = place[known_of[i]];
+            continue;
+        }
+        memset(&m->point[m->count], 0, sizeof m->point[m->count]);
+        m->point[m->count].weight = 1;
+        detected[i]->point = m->count;
+        pinch_point_set_geometry(&m->point[m->count++], pose, detected[i]);
+    }
 }
 
 void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_detected_point *points, int count,
@@ -358,6 +431,8 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_de
 
     int known_of[PINCH_MANIFOLD_POINTS], known_count = m->count;
     bool seen[PINCH_MANIFOLD_POINTS] = {false}, stays[PINCH_MANIFOLD_POINTS];
+    double before[PINCH_MANIFOLD_POINTS];
+    for (int k = 0; k < known_count; k++) before[k] = m->point[k].weight;
     match(m, detected, count, rules->merge_distance, known_of, seen);
     count = drop_between(m, pose, detected, count, rules, known_of);
     continue_points(m, pose, detected, count, rules, known_of);
@@ -368,23 +443,13 @@ void pinch_manifold_update(pinch_manifold *m, const pinch_pose pose[2], pinch_de
         stays[k] = false;
         staying--;
     }
-    if (staying == known_count && new_count == 0) return;
-
-    shear_state old = shear_of(m->point, known_count);
-    int place[PINCH_MANIFOLD_POINTS];
-    m->count = 0;
-    for (int k = 0; k < known_count; k++) {
-        place[k] = stays[k] ? m->count : -1;
-        if (stays[k]) m->point[m->count++] = m->point[k];
-    }
-    for (int i = 0; i < count; i++) {
-        if (known_of[i] >= 0) {
-            detected[i]->point = place[known_of[i]];
-            continue;
-        }
-        memset(&m->point[m->count], 0, sizeof m->point[m->count]);
-        detected[i]->point = m->count;
-        pinch_point_set_geometry(&m->point[m->count++], pose, detected[i]);
-    }
-    if (rules->shared && known_count > 0 && m->count > 0) carry_shear_over(m, new_count, &old, rules->merge_distance);
+    shear_state old;
+    double all = 0;
+    bool replaced = staying < known_count || new_count > 0;
+    bool carries = rules->shared && replaced && known_count > 0 && staying + new_count > 0;
+    for (int k = 0; k < known_count; k++) all += before[k];
+    if (carries) old = shear_of(m->point, before, known_count);
+    if (replaced) replace_points(m, pose, detected, count, known_of, stays, before);
+    if (rules->shared) weigh_all(m, deepest_of(detected, count), before, staying, all);
+    if (carries) carry_shear_over(m, new_count, &old, rules->merge_distance);
 }

@@ -19,6 +19,14 @@ typedef struct pinch_manifold {
     pinch_manifold_point *point;
 } pinch_manifold;
 
+/* Returns the weight of all points together: where they share one stiffness, each has its weight's part of it. */
+static inline double pinch_manifold_weight(const pinch_manifold *manifold)
+{
+    double weight = 0;
+    for (int k = 0; k < manifold->count; k++) weight += manifold->point[k].weight;
+    return weight;
+}
+
 /* Does what pinch_manifold_update does where one known point goes on in the only one that was detected, as under most
  * fingertips. Returns false, and does nothing, where that is not so. */
 bool pinch_manifold_continue(pinch_manifold *manifold, const pinch_pose pose[2], pinch_detected_point *points,

@@ -226,6 +226,13 @@ double pinch_point_distance2_across(const pinch_manifold_point *p, const pinch_d
     return distance2(p, detected, fmax(p->depth, detected->depth));
 }
 
+/* Returns 1 up to half of a limit, and falls to 0 at it. */
+static double fading(double value, double limit)
+{
+    if (!(value > 0.5 * limit)) return 1;
+    return limit > 0 ? fmax(2 * (1 - value / limit), 0) : 0;
+}
+
 static bool follow_anchors(pinch_manifold_point *p, const pinch_pose pose[2], const pinch_manifold_rules *rules,
                            double slack)
 {
@@ -245,6 +252,9 @@ static bool follow_anchors(pinch_manifold_point *p, const pinch_pose pose[2], co
     pinch_v3_sub(touching[1], touching[0], gap);
     p->depth = pinch_v3_dot(gap, p->normal);
     pinch_v3_add_scaled(gap, -p->depth, p->normal);
+    if (rules->shared)
+        p->weight = fmin(fading(-p->depth, slack), fmin(fading(pinch_v3_norm(tilt), rules->stale_tilt),
+                                                        fading(pinch_v3_norm(gap), rules->merge_distance)));
     return p->depth > -slack && pinch_v3_dot(gap, gap) <= rules->merge_distance * rules->merge_distance;
 }
 

@@ -71,6 +71,8 @@ typedef struct pinch_manifold_point {
     double twist;       /* elastic rotation about the normal, rad */
     double friction[3]; /* last friction force on body 1, world, N: the warm start */
     double normal_force, torsion;
+    double weight;      /* in (0, 1]: how much it counts among points that share one stiffness, see manifold.c */
+    double grown;       /* in [0, 1]: how much it has counted at most */
     bool slipping;      /* it slipped in the last step: kinetic friction counts */
     bool rolls;         /* a pinch_rolling follows `own` in memory */
     bool locks;         /* some of its shear has locked: see pinch_own_law */

@@ -75,7 +75,7 @@ static const double IN_EACH_OTHER = 0.05;
 /* The law that the points of a pair share. */
 typedef struct pair_law {
     const pinch_material *material; /* NULL: the points have surface parameters of their own */
-    double part;                    /* of the fingertip's stiffness, for each point of its manifold */
+    double part;                    /* of the fingertip's stiffness, for each point of its manifold that counts fully */
     double share; /* how much of the overlap lies between geom[0]'s surface and the contact; the points lie half way */
     double mobility;                        /* where there is no material: sum of the bodies' inverse masses, 1/kg */
     double size;                            /* likewise: of the smaller geom, m */
@@ -107,8 +107,9 @@ static double mobility_of(const pinch_pair *pair)
 static pair_law law_of_pair(const pinch_contact_store *store, const pinch_pair *pair, pinch_material *own)
 {
     int count = pair->manifold.count;
-    pair_law law = {.part = count == 1 ? 1 : 1.0 / count, .share = 0.5};
+    pair_law law = {.share = 0.5};
     if (pair->has_material) {
+        law.part = 1 / pinch_manifold_weight(&pair->manifold);
         law.material = pinch_pair_material(store, pair, own, &law.share);
     } else {
         law.mobility = mobility_of(pair);
@@ -126,16 +127,16 @@ static pair_law law_of_pair(const pinch_contact_store *store, const pinch_pair *
 }
 
 /* Gives a contact its share of the fingertip's law. */
-static void apply_material(const pair_law *law, bool slipping, pinch_contact *c)
+static void apply_material(const pair_law *law, const pinch_manifold_point *point, pinch_contact *c)
 {
     const pinch_material *material = law->material;
-    double share = law->part;
+    double share = point->weight * law->part;
     c->model = material->model;
     for (int i = 0; i < 3; i++) {
         c->stiffness[i] = share * material->stiffness[i];
         c->damping[i] = share * material->damping[i];
     }
-    c->friction[0] = c->friction[1] = slipping ? material->friction_kinetic : material->friction;
+    c->friction[0] = c->friction[1] = point->slipping ? material->friction_kinetic : material->friction;
     c->torsional_friction = material->torsional_friction;
     c->max_force = share * material->max_force;
 }
@@ -365,7 +366,7 @@ static void fill_contact(const pinch_step_context *context, const pinch_contact_
     c->depth = point->depth;
     if (law->material) {
         pinch_v3_add_scaled(c->position, (law->share - 0.5) * point->depth, point->normal);
-        apply_material(law, point->slipping, c);
+        apply_material(law, point, c);
         choose_tangent(context, store, pair, c->normal, c->tangent1);
     } else {
         apply_surface(context, store, pair, law, point, c);

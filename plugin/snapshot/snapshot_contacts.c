@@ -145,9 +145,13 @@ static void archive_point(pinch_archive *a, pinch_contact_store *store, pinch_ma
     PINCH_ARCHIVE(a, p->friction);
     PINCH_ARCHIVE(a, p->normal_force);
     PINCH_ARCHIVE(a, p->torsion);
+    PINCH_ARCHIVE(a, p->weight);
+    PINCH_ARCHIVE(a, p->grown);
     pinch_archive_flag(a, &p->slipping);
     pinch_archive_flag(a, &p->rolls);
     pinch_archive_flag(a, &own);
+    if (!(p->weight > 0 && p->weight <= 1 && p->grown >= 0 && p->grown <= 1))
+        pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
     if (p->rolls && !own) pinch_archive_fail(a, PINCH_INVALID_ARGUMENT);
     if (own && (!a->reading || take_own_law(a, store, p))) archive_own_law(a, store, p);
 }

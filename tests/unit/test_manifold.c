@@ -656,12 +656,66 @@ static void new_points_take_no_others_state(void **state)
     assert_close(m.point[pool[0].point].elastic[0], 0, 0);
 }
 
+/* The same by the weights of the points, which share one stiffness. */
+static void weighted_resultant(const pinch_manifold *m, double out[2])
+{
+    double all = pinch_manifold_weight(m);
+    out[0] = out[1] = 0;
+    for (int k = 0; k < m->count; k++) {
+        const pinch_manifold_point *p = &m->point[k];
+        out[0] += p->weight * p->elastic[1] / all;
+        out[1] += p->weight * p->position[0] * p->elastic[1] / all;
+    }
+}
+
+/*
+ * A pad with points at either side tilts until one has lifted and is dropped, and back. Its share goes over to the
+ * other one little by little, and what the springs bear stays. Flat on each other, both count fully.
+ */
+static void test_shares_go_over_without_jumps(void **state)
+{
+    (void)state;
+    enum { TURN = 320 };
+    static const double SIDE = 0.01, DEPTH = 1e-4, SPEED = 2e-4;
+    static const double MOST_OUT = 0.01,
+                        MOST_BACK = 0.07; /* 2 SPEED/TILT; 4 times what the part of the depth grows by */
+    pinch_manifold_point points[PINCH_MANIFOLD_POINTS];
+    pinch_manifold m = {0, points};
+    placed a = placed_at(0, 0, 0.01), b = placed_at(0, 0, -0.01);
+    double weight_before = 1, before[2], now[2];
+    bool gone = false;
+    for (int step = 0; step < 2 * TURN; step++) {
+        double tilt = SPEED * (step < TURN ? step : 2 * TURN - 1 - step), lift = SIDE * sin(tilt);
+        pinch_detected_point pool[2] = {fresh_at(SIDE, 0, DEPTH + lift), fresh_at(-SIDE, 0, DEPTH - lift)};
+        turn(&a, 1, tilt);
+        update_with(&m, &a, &b, pool, lift < DEPTH ? 2 : 1);
+        const pinch_manifold_point *lifted = point_near(&m, -SIDE, 0), *pressed = point_near(&m, SIDE, 0);
+        double weight = lifted ? lifted->weight / pressed->weight : 0;
+        assert_non_null(pressed);
+        assert_true(pressed->weight == 1);
+        assert_true(fabs(weight - weight_before) <= (step < TURN ? MOST_OUT : MOST_BACK));
+        if (tilt == 0) assert_true(weight == 1);
+        gone = gone || !lifted;
+        weight_before = weight;
+        weighted_resultant(&m, now);
+        if (step == 0) m.point[0].elastic[1] = m.point[1].elastic[1] = 1e-6;
+        if (step > 1 && step < TURN) {
+            assert_close(now[0], before[0], 1e-18);
+            if (lifted) assert_close(now[1], before[1], 1e-4 * SIDE * 1e-6); /* places move with the tilt */
+        }
+        weighted_resultant(&m, before);
+    }
+    assert_true(gone);
+    assert_true(weight_before == 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_flickering_collider_keeps_both_ends),
         cmocka_unit_test(test_merge_within_the_distance_only),
         cmocka_unit_test(test_stale_points_go),
+        cmocka_unit_test(test_shares_go_over_without_jumps),
         cmocka_unit_test(test_no_fresh_points_at_all),
         cmocka_unit_test(test_many_fresh_points),
         cmocka_unit_test(test_corners_of_a_face),

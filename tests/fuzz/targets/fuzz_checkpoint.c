@@ -31,7 +31,7 @@ static void make_good_one(void)
     for (int i = 0; i < BEFORE; i++) (void)simulation_step(r.s);
     if (!simulation_checkpoint(r.s, &good, &good_size)) target_found("no checkpoint");
     run_end(&r);
-    static const char format[] = "pinch-ode/15";
+    static const char format[] = "pinch-ode/16";
     for (size_t at = 0; at + sizeof format < good_size && snapshot_at == 0; at++)
         if (memcmp(good + at, format, sizeof format) == 0) snapshot_at = at;
     if (snapshot_at == 0) target_found("a checkpoint without a snapshot");
