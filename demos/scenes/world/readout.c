@@ -29,7 +29,8 @@ static void start_reading(world *w)
 typedef struct point_reading {
     double position[3], normal_force, force[3], tangential[3], torsion, normal[3];
     double elastic[3], slip[3], slip_twist;
-    double stiffness, friction_limit, torsion_limit; /* N/m, N, N m; 0: not known */
+    double stiffness, shear_stiffness;    /* N/m, along the normal and across it; 0: not known */
+    double friction_limit, torsion_limit; /* N, N m; 0: not known */
     bool slips, yields;
 } point_reading;
 
@@ -38,6 +39,7 @@ struct finger_sums {
     double position[3], slip[3];
     double path; /* of the slips, see path_of */
     int slipping, yielding, all_points;
+    double stiffness, weight; /* along the surface: of the first point, N/m; of all points, the first one counting 1 */
 };
 
 /* Adds the point's force and its moment about the object's centre of mass. */
@@ -73,8 +75,10 @@ static double margin_of(const point_reading *p)
 
 static void add_point(dBodyID object, world_finger_state *s, finger_sums *sums, const point_reading *p)
 {
-    sums->all_points++;
-    for (int i = 0; i < 3; i++) s->elastic[i] += p->elastic[i];
+    if (sums->all_points++ == 0) sums->stiffness = p->shear_stiffness;
+    double weight = sums->stiffness > 0 ? p->shear_stiffness / sums->stiffness : 1;
+    sums->weight += weight;
+    for (int i = 0; i < 3; i++) s->elastic[i] += weight * p->elastic[i];
     if (!(p->normal_force > 0)) return;
     s->points++;
     sums->slipping += p->slips;
@@ -96,7 +100,7 @@ static void finish_reading(world_finger_state *s, const finger_sums *sums)
 {
     s->state = PINCH_CONTACT_OPEN;
     if (sums->all_points > 0)
-        for (int i = 0; i < 3; i++) s->elastic[i] /= sums->all_points; /* the points share one stiffness equally */
+        for (int i = 0; i < 3; i++) s->elastic[i] /= sums->weight; /* as the points share one stiffness */
     if (s->points == 0) {
         memset(s->slip, 0, sizeof s->slip); /* slip counts from touch-down */
         return;
@@ -187,6 +191,7 @@ static void read_pinch(world *w, finger_sums *sums)
         }
         p.slip_twist = c->slip_twist;
         p.stiffness = c->stiffness[0];
+        p.shear_stiffness = c->stiffness[1];
         p.friction_limit = c->friction_limit;
         p.torsion_limit = c->torsion_limit;
         p.slips = c->state == PINCH_CONTACT_SLIP;
