@@ -364,7 +364,7 @@ bool pinch_may_take_again(const pinch_contact_store *store)
 }
 
 /* Returns the pair between the geoms if its contacts are the next of these places of the last step, or are behind those
- * of a few pairs that have parted since. Goes on to its place then. */
+ * of a few pairs that have parted since. *places then begins with its contacts. */
 static pinch_pair *find_pair(const pinch_contact_store *store, long now, const dContactGeom *geom, pinch_range *places)
 {
     enum { PARTED = 8 };

@@ -25,8 +25,9 @@ pinch_status pinch_buffer_contact_joint(const pinch_contact_sink *sink, const pi
 
 /*
  * Several threads may take over the contacts of pairs that come as in the last step, between the same sides, as many,
- * and with the same surfaces, to the same bits. Each looks for them in places of its own, which are those of the last
- * step (pinch_take_again). Where all come in their places, that is all (pinch_taken_again).
+ * and with the same surfaces, without first friction directions, to the same bits. Each looks for them in places of its
+ * own, which are those of the last step (pinch_take_again). Where all come in their places, that is all
+ * (pinch_taken_again).
  *
  * Otherwise one thread buffers the rest behind those of the last step (pinch_begin_behind), and then the threads move
  * all of them to where they would have come one by one (pinch_begin_moving, pinch_move_contacts, pinch_end_moving).

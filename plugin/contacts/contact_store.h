@@ -92,7 +92,7 @@ typedef struct pinch_pair {
     /* m: by how much its bodies have come into each other of late, the less the longer ago; and as the last step left
      * it, as a step may fill in its contacts more than once */
     double recent_approach, recent_approach_before;
-    double paced_step; /* s, the longest step of late: its bodies part at the pace of that. See island_contacts.c */
+    double paced_step; /* s, its longest step of late: its bodies part at the pace of that. See island_contacts.c */
     pinch_pose_motion posed;        /* where its points have laws of their own */
     double turned[3];               /* rad: how far body 0 turned against body 1 in the last step */
     double slip_total, twist_total; /* m, rad: paths slipped and twisted since its points began to press */

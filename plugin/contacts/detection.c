@@ -104,8 +104,8 @@ static bool take_or_keep(const shared_detection *s, pinch_near_batch *batch, pin
     pinch_taken taken = pinch_take_again(s->sink, pair->geom, found->items, count, left);
     pair->taken = taken != PINCH_NOT_TAKEN;
     pair->points.first = pair->taken ? left->first - count : batch->contacts.count;
-    batch->changed = batch->changed || taken != PINCH_TAKEN_UNCHANGED;
-    batch->moves = batch->moves || !pair->taken || pair->points.first != place;
+    batch->changed = batch->changed || taken == PINCH_TAKEN; /* of others it is seen as they are handed on */
+    batch->out_of_place = batch->out_of_place || !pair->taken || pair->points.first != place;
     if (pair->taken) return true;
     if (!PINCH_RESERVE(batch->contacts, batch->contacts.count + count)) return false;
     memcpy(batch->contacts.items + batch->contacts.count, found->items, (size_t)count * sizeof *found->items);
@@ -119,7 +119,7 @@ static pinch_status look_at_batch(const shared_detection *s, int number, pinch_f
     pinch_range left = s->may_take_again ? batch->places : (pinch_range){0, 0};
     int place = batch->places.first;
     batch->contacts.count = 0;
-    batch->changed = batch->moves = false;
+    batch->changed = batch->out_of_place = false;
     if (!find_pairs(s, number, &batch->pairs)) return PINCH_OUT_OF_MEMORY;
     for (int k = 0; k < batch->pairs.count; k++) {
         pinch_near_pair *pair = &batch->pairs.items[k];
@@ -151,7 +151,7 @@ static bool count_batches(const shared_detection *s, int *contacts)
     *contacts = s->detection->pairs_before = 0;
     for (int b = 0; b < batches_of(s); b++) {
         pinch_near_batch *batch = &s->detection->batches.items[b];
-        in_place = in_place && !batch->moves && (batch->places.count == 0 || batch->places.first == *contacts);
+        in_place = in_place && !batch->out_of_place && (batch->places.count == 0 || batch->places.first == *contacts);
         batch->places.first = *contacts;
         *contacts += batch->places.count;
         s->detection->pairs_before += batch->pairs.count;
@@ -160,7 +160,7 @@ static bool count_batches(const shared_detection *s, int *contacts)
     return in_place;
 }
 
-/* Are all contacts those of the last step, to the bit? */
+/* Are all contacts that were taken those of the last step, to the bit? */
 static bool all_unchanged(const shared_detection *s)
 {
     bool unchanged = true;
@@ -228,12 +228,14 @@ static pinch_status detect_with(pinch_workers *workers, shared_detection *s)
     pinch_workers_run(workers, look_at_some, s, batches_of(s), 1);
     bool in_place = count_batches(s, &contacts);
     pinch_status status = (pinch_status)atomic_load(&d->status);
-    if (status == PINCH_OK && !s->may_take_again)
+    if (status == PINCH_OK && !s->may_take_again) {
         status = hand_rest_on(s);
-    else if (status == PINCH_OK && in_place)
+        (void)count_batches(s, &contacts); /* some may be none of Pinch's */
+    } else if (status == PINCH_OK && in_place) {
         pinch_taken_again(store, contacts, all_unchanged(s));
-    else if (status == PINCH_OK)
+    } else if (status == PINCH_OK) {
         status = bring_together(workers, s);
+    }
     if (status != PINCH_OK && s->may_take_again) pinch_abandon_taken(store);
     return status;
 }

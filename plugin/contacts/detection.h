@@ -25,7 +25,7 @@ typedef struct pinch_near_batch {
     pinch_found_contacts contacts; /* that were not taken */
     pinch_range places;            /* of its contacts, in the last detection by several threads; then in this one */
     bool changed;                  /* some are not those of the last step, to the bit */
-    bool moves;                    /* some are not in their places */
+    bool out_of_place;             /* some are not in these places */
     char apart[64 - 2 * sizeof(void *) - 7 * sizeof(int)];
 } pinch_near_batch;
 

@@ -54,7 +54,7 @@ typedef struct pinch_own_law {
     int surface; /* index of its surface parameters */
     /* where the point locks; otherwise 0 */
     double locked[3];   /* m, world: the shear that has locked as it became stiffer: see island_contacts.c */
-    double locked_from; /* m/N, > 0: what it yielded by before that at most */
+    double locked_from; /* m/N, > 0: the softest it was before */
     double unlocks;     /* of this step: the part of that which comes loose, in [0, 1] */
 } pinch_own_law;
 

@@ -20,8 +20,8 @@
 
 typedef struct pinch_near_pair {
     dGeomID geom[2];
-    pinch_range points; /* for who looks at the pair: its contacts, which are in the contact buffer */
-    bool taken;         /* or else are not yet */
+    pinch_range points; /* for who looks at the pair: the places of its contacts, */
+    bool taken;         /* which are in the contact buffer, or else in a list of those that are not */
 } pinch_near_pair;
 
 typedef PINCH_LIST(pinch_near_pair) pinch_near_pair_list;

@@ -201,8 +201,8 @@ static void estimate_pose_speed(const pinch_step_context *context, pinch_pair *p
  * in each of them: that would throw what rests, and the faster the shorter the step. So it comes up by the part erp
  * h/s, where the pace step s falls by erp/2 of the time that goes by. The depth d, with dd/dt = -erp d/s, falls with
  * s^2 as ds/dt = -erp/2, and so with the load that is borne at s. What bodies have come in by in longer steps, they
- * have come in by at the pace of these. A single long step, in which a program hangs, does not count for more than a
- * frame: what has fallen deep into the ground comes out again soon.
+ * have come in by at the pace of these. A new pair knows the last step alone. A single long step, in which a program
+ * hangs, does not count for more than a frame: what has fallen deep into the ground comes out again soon.
  */
 static void follow_step(const pinch_step_context *context, pinch_pair *pair, double erp)
 {

@@ -214,7 +214,8 @@ PINCH_API pinch_status pinch_ode_each_pair(pinch_ode *plugin, dSpaceID space, vo
  * Finds the contacts of two geoms whose boxes overlap, as a near callback does: writes at most `room` of them, with
  * their surface parameters, and returns how many. Neither geom is a space, and *contacts is not cleared. With several
  * threads it is called from all of them, for different pairs, and so are the functions of a program's own geom classes;
- * it must not call the plugin, and of ODE only what reads, as dCollide does.
+ * it must not call the plugin, and of ODE only what reads, as dCollide does. Contacts name the two geoms in either
+ * order, other geoms of the same bodies, or none.
  */
 typedef int (*pinch_ode_near)(void *context, dGeomID geom1, dGeomID geom2, int room, dContact *contacts);
 
