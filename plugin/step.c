@@ -2,6 +2,7 @@
 #include "ode_state.h"
 
 #include "contacts/contact_buffer.h"
+#include "contacts/contact_joints.h"
 #include "contacts/pairs.h"
 #include "islands/island_life.h"
 #include "joints/island_joints.h"

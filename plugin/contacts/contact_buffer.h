@@ -53,14 +53,6 @@ void pinch_end_moving(pinch_contact_store *store, int count, bool unchanged);
 /* Nothing has come, and nothing is known of the last step any more: it has been written over. */
 void pinch_abandon_taken(pinch_contact_store *store);
 
-/*
- * ODE's own solver must not see the contact joints that Pinch solves. The program must find them as it left them, with
- * the forces where it asked for them (dJointSetFeedback).
- */
-void pinch_disable_contact_joints(pinch_contact_store *store);
-/* Gives the joints of a pair their feedback where its island is solved, and leaves them to ODE otherwise. */
-void pinch_answer_contact_joints(pinch_contact_store *store, const pinch_pair *pair, bool solved);
-
 /* Enables the contact joints and empties the buffer after a step. From here on, what is handed over may be what it was
  * in that step. */
 void pinch_finish_contacts(pinch_contact_store *store);
