@@ -495,14 +495,13 @@ void pinch_move_contacts(pinch_contact_store *store, pinch_range places, int to)
     pair->last_buffered = to + places.count - 1;
 }
 
-/* Chains the contacts of each pair in the order in which they are in the buffer. */
-static void chain_contacts(pinch_contact_store *store)
+void pinch_chain_contacts(pinch_contact_store *store, int count)
 {
-    for (int i = 0; i < store->buffer.count; i++) {
+    for (int i = 0; i < count; i++) {
         store->pairs.items[store->buffer.items[i].pair].first_buffered = -1;
         store->buffer.items[i].next = -1;
     }
-    for (int i = 0; i < store->buffer.count; i++) {
+    for (int i = 0; i < count; i++) {
         pinch_pair *pair = &store->pairs.items[store->buffer.items[i].pair];
         if (pair->first_buffered < 0)
             pair->first_buffered = i;
@@ -523,7 +522,7 @@ void pinch_end_moving(pinch_contact_store *store, int count, bool unchanged)
     store->behind = false;
     pinch_taken_again(store, count, unchanged);
     store->all_pairs_came = false;
-    if (atomic_load(&store->chains_cross)) chain_contacts(store);
+    if (atomic_load(&store->chains_cross)) pinch_chain_contacts(store, count);
 }
 
 void pinch_abandon_taken(pinch_contact_store *store)

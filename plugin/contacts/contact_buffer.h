@@ -53,6 +53,9 @@ void pinch_end_moving(pinch_contact_store *store, int count, bool unchanged);
 /* Nothing has come, and nothing is known of the last step any more: it has been written over. */
 void pinch_abandon_taken(pinch_contact_store *store);
 
+/* Chains the first `count` contacts of the buffer, those of each pair in their order. */
+void pinch_chain_contacts(pinch_contact_store *store, int count);
+
 /* Enables the contact joints and empties the buffer after a step. From here on, what is handed over may be what it was
  * in that step. */
 void pinch_finish_contacts(pinch_contact_store *store);

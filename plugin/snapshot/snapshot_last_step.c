@@ -2,6 +2,7 @@
  * The last step: contacts as they were handed over, islands and their answers. Where nothing has changed, the next step
  * goes on with all of it instead of solving anew.
  */
+#include "contacts/contact_buffer.h"
 #include "snapshot/archive.h"
 #include "snapshot/snapshot.h"
 
@@ -49,14 +50,7 @@ static void archive_buffered(pinch_archive *a, const pinch_contact_store *store,
 static void link_buffered(pinch_contact_store *store)
 {
     for (int i = 0; i < store->pairs.count; i++) store->pairs.items[i].first_buffered = -1;
-    for (int i = 0; i < store->buffered_before; i++) {
-        pinch_pair *pair = &store->pairs.items[store->buffer.items[i].pair];
-        if (pair->first_buffered < 0)
-            pair->first_buffered = i;
-        else
-            store->buffer.items[pair->last_buffered].next = i;
-        pair->last_buffered = i;
-    }
+    pinch_chain_contacts(store, store->buffered_before);
 }
 
 /* The buffer is empty between steps, and its items are still those of the last one, if their number is known. */
